@@ -78,10 +78,13 @@ impl Loader<'_> {
             self.recognised.push(told);
         }
         // One log may be read as data and as a stream.
-        let repeated = table.repeated.told(&table.name());
-        let is_new =
-            |told: &Diagnostic| self.warnings.iter().all(|one| one.message != told.message);
-        self.warnings.extend(repeated.filter(is_new));
+        let name = table.name();
+        let repeated = [table.repeated.told(&name), table.repeated.headers_told(&name)];
+        for told in repeated.into_iter().flatten() {
+            if self.warnings.iter().all(|one| one.message != told.message) {
+                self.warnings.push(told);
+            }
+        }
         self.skipped.append(&mut table.skipped);
         self.skipped_count += table.skipped_count;
     }

@@ -77,6 +77,12 @@ pub(crate) struct Layout {
 const LONGEST_ROW: usize = 4096;
 
 impl Layout {
+    /// The header row as it stands in a text file, if there is one that is no comment.
+    pub(crate) fn header_row(&self) -> Option<String> {
+        let header = self.header.as_ref().filter(|header| header.line == self.first.0);
+        header.map(|_| self.first.1.clone())
+    }
+
     /// The numbers of the first rows; NaN for a cell that is none.
     pub(crate) fn numbers(&self, form: &Form) -> Vec<Vec<f64>> {
         let number = |(cell, _): (&str, _)| {

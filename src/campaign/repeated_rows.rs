@@ -1,5 +1,5 @@
 //! Rows that repeat the row before, stamp and values: a log that was written twice. They hold nothing
-//! new, and would count twice.
+//! new, and would count twice. And rows that repeat the header row: logs that were put together.
 
 use crate::campaign::header::{Column, TIME};
 use crate::diagnostic::Diagnostic;
@@ -12,13 +12,46 @@ pub(crate) struct RepeatedRows {
     /// The last row before those at hand.
     last: Vec<f64>,
     count: usize,
+    /// The header row, and the lines that repeat it.
+    header: Option<String>,
+    headers: Vec<usize>,
 }
 
 impl RepeatedRows {
-    /// Of a table with these columns.
-    pub(crate) fn of(columns: &[Column]) -> Self {
+    /// Of a table with these columns, and a header row if it has one.
+    pub(crate) fn of(columns: &[Column], header: Option<String>) -> Self {
         let is_time = |column: &Column| column.wanted.as_deref() == Some(TIME);
-        Self { time: columns.iter().position(is_time), ..Self::default() }
+        Self { time: columns.iter().position(is_time), header, ..Self::default() }
+    }
+
+    /// The same before any row is read.
+    pub(crate) fn anew(&self) -> Self {
+        Self { time: self.time, header: self.header.clone(), ..Self::default() }
+    }
+
+    /// Whether a line repeats the header row; notes it.
+    pub(crate) fn is_header(&mut self, number: usize, line: &[u8]) -> bool {
+        let is_header = self.header.as_ref().is_some_and(|header| header.as_bytes() == line);
+        if is_header {
+            self.headers.push(number);
+        }
+        is_header
+    }
+
+    /// What is to be reported of repeated header rows, once.
+    pub(crate) fn headers_told(&mut self, file: &str) -> Option<Diagnostic> {
+        let lines = std::mem::take(&mut self.headers);
+        let message = match lines.as_slice() {
+            [] => return None,
+            [one] => format!("`{file}`: line {one} repeats the header row and was passed over"),
+            [first, .., last] => format!(
+                "`{file}`: {} lines from line {first} to line {last} repeat the header row and were passed over",
+                lines.len()
+            ),
+        };
+        let help =
+            "logs that were put together may have gaps between them, or times that begin anew";
+        Some(Diagnostic::warning(message).help(help))
     }
 
     /// Remembers the last one of the rows at hand, before others take their place.

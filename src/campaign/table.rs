@@ -201,7 +201,7 @@ impl Table {
             file: origin.file.clone(),
             origin,
             width: columns.len(),
-            repeated: RepeatedRows::of(&columns),
+            repeated: RepeatedRows::of(&columns, layout.header_row()),
             columns,
             lines: Vec::new(),
             skipped: Vec::new(),
@@ -288,6 +288,9 @@ impl Table {
                     let Some((number, line)) = next.map_err(TableError::Unreadable)? else {
                         return self.end();
                     };
+                    if self.repeated.is_header(number, line) {
+                        continue;
+                    }
                     (number, self.reader.read(number, line, &self.columns[..self.width]))
                 }
                 #[cfg(feature = "parquet")]
@@ -378,7 +381,7 @@ impl Table {
         };
         self.reader.take_any_order();
         self.columns.iter_mut().for_each(|column| column.values.clear());
-        self.repeated = RepeatedRows::of(&self.columns);
+        self.repeated = self.repeated.anew();
         self.skipped.clear();
         (self.skipped_count, self.count) = (0, 0);
         Ok(())

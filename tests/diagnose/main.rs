@@ -15,6 +15,7 @@ mod nameless;
 #[path = "../problems/stream.rs"]
 mod stream;
 
+mod apart_by_chance;
 mod backlash;
 mod budget;
 mod bursts;
@@ -51,5 +52,6 @@ mod stated_values;
 mod streams;
 mod trials;
 mod unknown;
+mod values_of_runs;
 mod variants;
 mod waves_over_time;

@@ -95,6 +95,21 @@ fn rows_that_repeat_another_one_are_left_out_once_the_rows_are_sorted() {
     assert!(said(&found).iter().all(|one| !one.contains("repeat")), "{:?}", said(&found));
 }
 
+/// Logs that were put together repeat their header row; another header is a fault.
+#[test]
+fn lines_that_repeat_the_header_row_are_passed_over() {
+    let stream = rows("time [s],q [m]", 0..400);
+    let both = |second: &str| {
+        let (first, rest) = ("time [s],x [m]\n1,0\n1.01,1\n", "1.02,1\n1.03,1\n");
+        load(CAMPAIGN, &format!("{first}{second}\n{rest}"), &stream, false)
+    };
+    let found = both("time [s],x [m]").unwrap();
+    assert_eq!(found.runs[0].held().time.len(), 4);
+    let words = "`data.csv`: line 4 repeats the header row and was passed over";
+    assert!(said(&found).iter().any(|one| one == words), "{:?}", said(&found));
+    assert!(both("time [s],x [mm]").is_err());
+}
+
 #[test]
 fn a_clock_that_was_set_and_a_counter_that_wraps_are_one_error_with_the_row() {
     let stream = rows("time [s],q [m]", 0..400);

@@ -3,6 +3,7 @@
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;
+use crate::engine::layout::Instance;
 use crate::engine::point::from_components;
 use crate::system::Selected;
 
@@ -26,6 +27,14 @@ pub struct Row {
 /// An effect in the fit, by its name with its head.
 pub fn effect_of<'f>(fitted: &'f Fitted, name: &str) -> Option<&'f Selected> {
     fitted.recipes.iter().flat_map(|recipe| &recipe.effects).find(|one| one.name() == name)
+}
+
+/// How many values the parameters of an effect in the fit have; where they sum to zero there are
+/// fewer columns.
+pub fn count_of_values(fitted: &Fitted, name: &str) -> usize {
+    let prefix = format!("{name}.");
+    let own = fitted.problem.layout.instances.iter().filter(|one| one.name.starts_with(&prefix));
+    own.map(Instance::dimension).sum()
 }
 
 /// The columns of an effect in the fit, with their values.

@@ -54,6 +54,8 @@ const MOST_PLACES: usize = 16;
 const KNOTS: usize = 8;
 /// Span (rad) above which an angle is treated as periodic.
 const PERIODIC: f64 = 1.0;
+/// Mean rate of a run, in parts of its rms rate, from which a signal moves steadily in it.
+const STEADY: f64 = 0.3;
 /// Mean rate, in parts of the largest, below which a signal stands still.
 const STILL: f64 = 1e-3;
 
@@ -88,7 +90,11 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
     let mut rates: IndexMap<String, Vec<f64>> = IndexMap::new();
     each_input(problem, 1, |run, input, rates_here| {
         let of_runs = rates.entry(input.name.clone()).or_insert_with(|| vec![0.0; setups.len()]);
-        of_runs[run] = rates_here.iter().sum::<f64>() / rates_here.len().max(1) as f64;
+        let count = rates_here.len().max(1) as f64;
+        let mean = rates_here.iter().sum::<f64>() / count;
+        let rms = (rates_here.iter().map(|rate| rate * rate).sum::<f64>() / count).sqrt();
+        // What goes to and fro has no rate in a run.
+        of_runs[run] = if mean.abs() < STEADY * rms { 0.0 } else { mean };
     });
     let names = problem.parts.iter().flat_map(|part| &part.system.assembly.names.measurands);
     let names: Vec<&str> = names.map(|one| one.name.as_str()).collect();

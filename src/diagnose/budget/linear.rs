@@ -174,10 +174,11 @@ impl Linear {
     }
 
     /// Takes blocks out of the competition whose covariate is what rows do: readings that hardly vary
-    /// without these, and a reading over itself of which a row is the slope.
+    /// without these, and a reading over itself of which a row, or all rows together, are the slope.
     pub fn without_own_covariates(&mut self, still: &BTreeSet<String>) {
         let selection = Selection::new(&self.sums, &self.terms, &self.active);
         let rows = selection.rows_of(&self.rows());
+        let whole = if rows.is_empty() { 0.0 } else { selection.whole_form_left(&[], &rows) };
         let mut out = Vec::new();
         for (number, term) in self.terms.iter().enumerate() {
             let Some(Place { of, covariate, .. }) = &term.place else { continue };
@@ -185,10 +186,11 @@ impl Linear {
                 let left = selection.form_left(&[number], &rows, *row);
                 left < OWN_COVARIATE * selection.form_left(&[], &rows, *row)
             };
+            let takes_all = || selection.whole_form_left(&[number], &rows) < OWN_COVARIATE * whole;
             let is_of_itself =
                 matches!(of, Of::Measurand(name) if covariate.contains(name.as_str()));
             if covariate.split(' ').any(|word| still.contains(word))
-                || is_of_itself && rows.iter().any(takes)
+                || is_of_itself && (takes_all() || rows.iter().any(takes))
             {
                 out.push(number);
             }

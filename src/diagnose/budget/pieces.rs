@@ -3,6 +3,7 @@
 
 use nalgebra::DMatrix;
 
+use super::in_fit::count_of_values;
 use super::labels::{Grouping, labels};
 use super::linear::Linear;
 use super::selection::Selection;
@@ -43,7 +44,11 @@ impl Pieces {
         let runs = linear.order.len();
         let is_of_runs = |term: &&usize| {
             let term = &selection.terms[**term];
-            term.is_effect() && term.columns.len() >= runs
+            let values = match term.in_fit {
+                true => count_of_values(&linear.fitted, &term.name),
+                false => term.values(),
+            };
+            term.is_effect() && values >= runs
         };
         let within = runs < FEW_RUNS || model.iter().any(|term| is_of_runs(&term));
         Self::cut(linear, selection, model, if within { FOLDS } else { 1 })

@@ -111,6 +111,12 @@ impl Term {
         self.change.as_ref().filter(|_| !self.in_fit)
     }
 
+    /// How many values it has; where they sum to zero there are fewer columns.
+    pub fn values(&self) -> usize {
+        let columns: BTreeSet<usize> = self.columns.iter().flatten().map(|one| one.0).collect();
+        columns.len()
+    }
+
     /// Whether it has a value for each run.
     pub fn is_of_runs(&self) -> bool {
         self.change.is_none() && self.place.as_ref().is_some_and(Place::is_of_runs)

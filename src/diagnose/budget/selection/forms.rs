@@ -169,6 +169,16 @@ impl Selection<'_> {
         columns.flat_map(|(all, value)| all.iter().map(move |(at, by)| (*at, by * value))).collect()
     }
 
+    /// Squared length of what a model leaves of all that the terms of another one do together.
+    pub fn whole_form_left(&self, beside: &[usize], model: &[usize]) -> f64 {
+        let values = self.values(model);
+        let of = |(term, range): (&usize, std::ops::Range<usize>)| {
+            self.form(*term, &values.as_slice()[range])
+        };
+        let whole: Combination = model.iter().zip(self.ranges(model)).flat_map(of).collect();
+        self.across(&self.factored(beside), &[whole]).left[(0, 0)]
+    }
+
     /// Squared length of what a model leaves of the form that a term has in another one.
     pub fn form_left(&self, beside: &[usize], model: &[usize], term: usize) -> f64 {
         let values = self.values(model);

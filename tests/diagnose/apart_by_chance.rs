@@ -1,0 +1,84 @@
+//! Values of rows by groups of readings (runs, senses, rates): among many comparisons some differ by
+//! chance, and the rows stand all the same.
+
+use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::diagnose::library::wanted::Wanted;
+use homepoint::diagnose::{Diagnosis, diagnose};
+use homepoint::engine::open::{Opened, Request, open};
+
+use crate::folder::Folder;
+use crate::found::told;
+use crate::stream::Stream;
+
+const SAMPLES: usize = 400;
+const DRAWS: u64 = 40;
+
+/// Speed and yaw rate of a robot beside the speeds of its wheels, in four runs; both wheels are larger
+/// than stated, not by the same, and stand farther apart.
+fn robot(seed: u64) -> Diagnosis {
+    let model = "name = \"robot\"\ntitle = \"Robot\"\n[inputs]\nleft_wheel = { unit = \"rad/s\", signal = true }\nright_wheel = { unit = \"rad/s\", signal = true }\n\
+         [parameters]\ntrack = { unit = \"m\", scope = \"rig\", value = \"0.5 m\", fixed = true }\n\
+         [quantities]\nleft = '0.1 m * left_wheel'\nright = '0.1 m * right_wheel'\n\
+         [measurands]\nspeed = { value = '(left + right) / 2', unit = \"m/s\" }\nyaw_rate = { value = '(right - left) / track', unit = \"rad/s\" }\n\
+         [delays]\ncamera = { of = [\"speed\", \"yaw_rate\"] }\n";
+    let effect = |name: &str, unit: &str, patch: &str| {
+        format!(
+            "name = \"{name}\"\ntitle = \"{name}\"\nacts = \"arm\"\n[parameters]\nchange = {{ unit = \"{unit}\", typical = \"0.01 {unit}\", scope = \"rig\" }}\n[patch]\n{patch}\n"
+        )
+    };
+    let both = "left = 'left * (1 + change)'\nright = 'right * (1 + change)'";
+    let unequal = "left = 'left * (1 - change)'\nright = 'right * (1 + change)'";
+    let mut files = vec![
+        ("model.toml".to_owned(), model.to_owned()),
+        ("effects/larger.toml".to_owned(), effect("larger", "1", both)),
+        ("effects/unequal.toml".to_owned(), effect("unequal", "1", unequal)),
+        ("effects/wider.toml".to_owned(), effect("wider", "m", "track = 'track + change'")),
+    ];
+    let mut campaign = "title = \"Robot\"\nmodel = \"model.toml\"\n[measurands]\nspeed = { sigma = \"5 mm/s\" }\nyaw_rate = { sigma = \"13 mrad/s\" }\n[parameters]\n\"camera.delay\" = { value = \"-20 ms\", fixed = true }\n".to_owned();
+    let mut random = Stream(seed);
+    for (name, slope) in [("up", 0.05), ("fast", 0.09), ("down", -0.04), ("slow", 0.02)] {
+        campaign += &format!(
+            "[[runs]]\nname = \"{name}\"\ndata = \"{name}.csv\"\nsignals = [\"{name}_wheels.csv\"]\n"
+        );
+        let wheels = |t: f64| {
+            let ahead = 4.0 + slope * t + 0.6 * (0.05 * t).sin();
+            let turn = 1.5 * (0.3 * t + 1.0).sin() + 0.3 * slope * t;
+            [ahead - turn, ahead + turn]
+        };
+        let mut stream = "time [s],left_wheel [rad/s],right_wheel [rad/s]\n".to_owned();
+        let mut log = "time [s],speed [m/s],yaw_rate [rad/s]\n".to_owned();
+        for sample in 0..SAMPLES * 2 {
+            let t = 0.05 * sample as f64;
+            let [left, right] = wheels(t);
+            stream += &format!("{t:.3},{left:.6},{right:.6}\n");
+            if sample > 4 && sample % 2 == 0 && sample < 2 * SAMPLES - 4 {
+                let [left, right] = wheels(t - 0.02);
+                let [left, right] = [0.1 * 1.002 * left, 0.1 * 1.009 * right];
+                let speed = 0.5 * (left + right) + 5e-3 * random.normal();
+                let yaw = (right - left) / 0.506 + 13e-3 * random.normal();
+                log += &format!("{t:.3},{speed:.6},{yaw:.6}\n");
+            }
+        }
+        files.push((format!("{name}.csv"), log));
+        files.push((format!("{name}_wheels.csv"), stream));
+    }
+    files.push(("campaign.toml".to_owned(), campaign));
+    let named: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    let folder = Folder::new("robot", &named);
+    let Opened { problem, recipes, .. } = open(&Request::new([&*folder])).unwrap();
+    diagnose(problem, recipes, &Wanted::default(), &Default::default()).unwrap()
+}
+
+#[test]
+fn three_causes_stand_in_every_draw() {
+    let mut wrong = Vec::new();
+    for seed in 0..DRAWS {
+        let found = robot(500 + seed);
+        let mut names: Vec<&str> = found.rows.iter().map(|row| row.name.as_str()).collect();
+        names.sort_unstable();
+        if found.verdict != Verdict::Explained || names != ["larger", "unequal", "wider"] {
+            wrong.push(format!("{seed}: {}", told(&found)));
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {DRAWS}\n{}", wrong.len(), wrong.join("\n"));
+}
