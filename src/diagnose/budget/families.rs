@@ -3,7 +3,7 @@
 
 use crate::diagnose::evidence::Evidence;
 use crate::diagnose::evidence::sampling::{ALL_BLIND, distinguishable};
-use crate::diagnose::evidence::scan::{Scanned, scan};
+use crate::diagnose::evidence::scan::{Scanned, scan, scan_all};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::catalogue::Made;
@@ -29,10 +29,15 @@ pub fn best_members(
 ) -> Option<(Vec<Candidate>, Vec<usize>, Vec<NotTestable>)> {
     let (mut best, mut tried, mut blind) = (Vec::new(), Vec::new(), Vec::new());
     let is_range = |family: &Family| matches!(family.members, Members::Range { .. });
-    for family in offered.chunk_by(|a, b| a.name == b.name && a.variant == b.variant) {
+    let is_scanned = |family: &[Candidate]| {
+        family.len() > 1 && family[0].selected.effect.shape.values().all(is_range)
+    };
+    let families = || offered.chunk_by(|a, b| a.name == b.name && a.variant == b.variant);
+    let wanted = families().filter(|family| is_scanned(family)).map(|family| &family[0]);
+    scan_all(fitted, wanted, scanned);
+    for family in families() {
         let first = &family[0];
-        if family.len() > 1
-            && first.selected.effect.shape.values().all(is_range)
+        if is_scanned(family)
             && let Some((found, members)) = scan(fitted, first, scanned)
         {
             best.push(found);

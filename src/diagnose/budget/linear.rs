@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::diagnose::evidence::scan::scan;
+use crate::diagnose::evidence::scan::{scan, scan_all};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::offer::Offer;
@@ -89,8 +89,10 @@ impl Linear {
             best_members(&fitted, &made, effects, &mut scanned.effects)?;
         not_testable.extend(blind);
         if with_blocks {
+            let is_family = |block: &&Candidate| !block.selected.effect.shape.is_empty();
+            scan_all(&fitted, made.blocks.iter().filter(is_family), &mut scanned.blocks);
             for block in &made.blocks {
-                let found = if block.selected.effect.shape.is_empty() {
+                let found = if !is_family(&block) {
                     Some((block.clone(), 1))
                 } else {
                     scan(&fitted, block, &mut scanned.blocks)

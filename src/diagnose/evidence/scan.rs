@@ -16,8 +16,8 @@ mod opened;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use indexmap::IndexMap;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
+use rayon::prelude::*;
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, fitting};
@@ -25,10 +25,8 @@ use crate::diagnose::library::place::Place;
 use crate::effect::Members;
 use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
-use crate::graph::Scope;
 use crate::system::{Selected, System};
 
-use self::group::Group;
 use self::opened::opened;
 use super::Nominal;
 use super::sampling::{Sampling, is_frequency, longest_period};
@@ -51,9 +49,31 @@ pub fn scan(
     family: &Candidate,
     known: &mut Scanned,
 ) -> Option<(Candidate, usize)> {
-    if let Some((value, members)) = known.get(&family.name) {
-        return Some((with_member(fitted, family, *value)?, *members));
+    let (value, members) = match known.get(&family.name) {
+        Some(known) => *known,
+        None => best_member(fitted, family)?,
+    };
+    let candidate = with_member(fitted, family, value)?;
+    known.insert(family.name.clone(), (value, members));
+    Some((candidate, members))
+}
+
+/// Looks for the members of several families at once: one by itself leaves threads without work where
+/// runs are short.
+pub fn scan_all<'f>(
+    fitted: &Fitted,
+    families: impl Iterator<Item = &'f Candidate>,
+    known: &mut Scanned,
+) {
+    let new: Vec<&Candidate> = families.filter(|one| !known.contains_key(&one.name)).collect();
+    let found: Vec<_> = new.par_iter().map(|family| best_member(fitted, family)).collect();
+    for (family, found) in new.iter().zip(found) {
+        known.extend(found.map(|found| (family.name.clone(), found)));
     }
+}
+
+/// The best member of a family, and the number of members that it was chosen among.
+fn best_member(fitted: &Fitted, family: &Candidate) -> Option<(f64, usize)> {
     let scan = Scan::new(fitted, family)?;
     let (grid, tried) = scan.tried()?;
     let plain: Vec<f64> =
@@ -75,9 +95,7 @@ pub fn scan(
             scan.polished(low, high, (grid[best], gain))
         }
     };
-    let candidate = with_member(fitted, family, value)?;
-    known.insert(family.name.clone(), (value, tried));
-    Some((candidate, tried))
+    Some((value, tried))
 }
 
 /// Share of a gain by which members differ that the readings do not tell apart.
@@ -181,39 +199,6 @@ impl<'a> Scan<'a> {
             key.0 == OF_RUN && sampling.is_slow_in(key.1, member, *lowest)
         };
         self.sampling.as_ref().is_some_and(of_run)
-    }
-
-    /// Sums over runs of columns that hold together: over a campaign, a setup or a run.
-    fn groups(&self, passes: &Passes<'_>, members: &[f64]) -> IndexMap<(usize, usize), Group> {
-        let problem = &self.fitted.problem;
-        let (part, columns) = (passes.signatures().part(), &passes.signatures().columns);
-        let n = self.nominal.score.len();
-        let k = columns.len();
-        let mut groups = IndexMap::new();
-        for (run, sums) in passes.sums(members).iter().enumerate() {
-            let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
-            let key = match columns.first().map(|one| one.scope) {
-                Some(Scope::Run) => (OF_RUN, problem.run_index(part, run)),
-                Some(Scope::Setup) => (1, problem.parts[part].runs[run].setup),
-                _ => (0, 0),
-            };
-            let rows = if k > 0 { sums.own(0).len() } else { 0 };
-            let group = groups.entry(key).or_insert_with(|| Group {
-                own: DMatrix::zeros(rows, k),
-                across: DMatrix::zeros(n, k),
-                score: DVector::zeros(k),
-            });
-            for j in 0..k {
-                group.score[j] += sums.residual(j);
-                for (sum, more) in group.own.column_mut(j).iter_mut().zip(sums.own(j)) {
-                    *sum += more;
-                }
-                for (column, sum) in touched.iter().zip(sums.nominal(j)) {
-                    group.across[(*column, j)] += sum;
-                }
-            }
-        }
-        groups
     }
 
     /// What each of at most `TOGETHER` members takes off the sum of squares; blind ones nothing.

@@ -202,12 +202,6 @@ impl<'a> Shifted<'a> {
             })
     }
 
-    /// Whether some shift of the clock carries a stretch back among the others.
-    pub(super) fn is_of_the_clock(&self, samples: &Range<usize>) -> bool {
-        let mut grids = self.grids((0.0, self.reach as f64), samples, self.reach + 4);
-        grids.any(|(_, free, count)| count > 0.0 && free <= NEAR * count)
-    }
-
     /// Of finer and finer grids of moments about so many usual periods away the best, the least sum
     /// of squares of a stretch, and the number of readings.
     fn grids(

@@ -1,12 +1,15 @@
 //! What members of a family do together over a campaign, a setup or a run, and what each takes off
-//! the sum of squares. Where the sums come from is not its business.
+//! the sum of squares. Which members are tried is not its business.
 
+use indexmap::IndexMap;
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::evidence::basis::RANK;
+use crate::engine::passes::Passes;
+use crate::graph::Scope;
 
-use super::TOGETHER;
+use super::{OF_RUN, Scan, TOGETHER};
 
 /// Sums of `TOGETHER` members' columns that hold together: with those of the same member, or of all; with
 /// the nominal columns; with what is left.
@@ -14,6 +17,45 @@ pub(super) struct Group {
     pub(super) own: DMatrix<f64>,
     pub(super) across: DMatrix<f64>,
     pub(super) score: DVector<f64>,
+}
+
+impl Scan<'_> {
+    /// Sums over runs of columns that hold together: over a campaign, a setup or a run.
+    pub(super) fn groups(
+        &self,
+        passes: &Passes<'_>,
+        members: &[f64],
+    ) -> IndexMap<(usize, usize), Group> {
+        let problem = &self.fitted.problem;
+        let (part, columns) = (passes.signatures().part(), &passes.signatures().columns);
+        let n = self.nominal.score.len();
+        let k = columns.len();
+        let mut groups = IndexMap::new();
+        for (run, sums) in passes.sums(members).iter().enumerate() {
+            let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
+            let key = match columns.first().map(|one| one.scope) {
+                Some(Scope::Run) => (OF_RUN, problem.run_index(part, run)),
+                Some(Scope::Setup) => (1, problem.parts[part].runs[run].setup),
+                _ => (0, 0),
+            };
+            let rows = if k > 0 { sums.own(0).len() } else { 0 };
+            let group = groups.entry(key).or_insert_with(|| Group {
+                own: DMatrix::zeros(rows, k),
+                across: DMatrix::zeros(n, k),
+                score: DVector::zeros(k),
+            });
+            for j in 0..k {
+                group.score[j] += sums.residual(j);
+                for (sum, more) in group.own.column_mut(j).iter_mut().zip(sums.own(j)) {
+                    *sum += more;
+                }
+                for (column, sum) in touched.iter().zip(sums.nominal(j)) {
+                    group.across[(*column, j)] += sum;
+                }
+            }
+        }
+        groups
+    }
 }
 
 impl Group {

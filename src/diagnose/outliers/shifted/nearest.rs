@@ -36,6 +36,12 @@ impl Shifted<'_> {
         refined.into_iter().next()
     }
 
+    /// Whether some shift of the clock carries a stretch back among the others.
+    pub(in crate::diagnose::outliers) fn is_of_the_clock(&self, samples: &Range<usize>) -> bool {
+        let mut grids = self.grids((0.0, self.reach as f64), samples, self.reach + 4);
+        grids.any(|(_, free, count)| count > 0.0 && free <= NEAR * count)
+    }
+
     /// How long a shift of so many sample periods is (s).
     pub(in crate::diagnose::outliers) fn seconds(&self, periods: f64) -> f64 {
         periods * self.period
