@@ -217,8 +217,8 @@ const MOST_HALVES: f64 = 28.0;
 const ALIKE: f64 = 60.0;
 
 /// What to write where samples and streams last so differently that their times are in different
-/// units, and where clocks are so far apart that no sample lies within the streams; nothing where some
-/// do.
+/// units, where clocks are so far apart that no sample lies within the streams, and where the margin
+/// is larger than that of some that do.
 fn proposed(inputs: &[Track], (first, last): (f64, f64), are_all_outside: bool) -> String {
     let spans = inputs.iter().filter_map(|track| match track {
         Track::Logged(spline) => Some(spline.span()),
@@ -236,7 +236,10 @@ fn proposed(inputs: &[Track], (first, last): (f64, f64), are_all_outside: bool) 
             read_in(unit)
         );
     }
-    if !are_all_outside || (last >= from && first <= to) {
+    if last >= from && first <= to {
+        return "; a smaller delay_range keeps a smaller margin, and a pair for clocks that differ to one side, as in [\"0 s\", \"2 s\"], one at one end".to_owned();
+    }
+    if !are_all_outside {
         return String::new();
     }
     let (low, high) = ((from - first).min(to - last), (from - first).max(to - last));

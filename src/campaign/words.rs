@@ -65,7 +65,7 @@ fn word(reader: &mut Reader, entry: &Entry) -> ColumnWord {
                     Err(fault) => reader.report(fault),
                 }
                 if let Some(other) = entries.iter().find(|entry| entry.key != "formula") {
-                    let help = "columns that a formula names may have entries of their own";
+                    let help = "its unit is that of the columns that it names, which may have entries of their own, as in raw = { column = \"raw\", unit = \"mm\" }";
                     reader.fault(other.span, "a formula has neither column nor unit", help);
                 }
             }

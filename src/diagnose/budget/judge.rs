@@ -157,9 +157,8 @@ impl Selection<'_> {
         }
         let total = self.chi_squared(&[]) - self.chi_squared(model);
         if objections.is_empty() {
-            // Of many comparisons one differs by chance.
-            let comparisons = (rows.len() * pieces.labels.len()).max(1) as f64;
-            let least = APART + comparisons.ln();
+            // Of many rows one differs by chance.
+            let least = APART + (rows.len().max(1) as f64).ln();
             for (row, at) in rows.iter().enumerate() {
                 // Angles are no test of a cause that cannot have values for each.
                 let is_of_angles = self.terms[model[*at]].variants.contains(&Variant::EachAngle);
