@@ -32,7 +32,7 @@ const DISAGREE: f64 = 5.0;
 
 /// Said once of campaigns in which nothing moves.
 pub const NOTHING_MOVES: &str =
-    "Nothing moves in these runs: there are no delays, and effects of timing do nothing.";
+    "No signal moves in these runs: there are no delays, and effects of timing do nothing.";
 
 /// The result of `calibrate`.
 pub fn calibration(title: &str, result: &Calibration) -> String {

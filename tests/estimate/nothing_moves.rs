@@ -43,7 +43,7 @@ fn commands_say_once_that_nothing_moves() {
         assert!(output.status.success(), "{command}: {output:?}");
         assert!(output.stderr.is_empty(), "{command}: {output:?}");
         let text = String::from_utf8(output.stdout).unwrap();
-        assert_eq!(text.matches("Nothing moves in these runs").count(), 1, "{command}: {text}");
+        assert_eq!(text.matches("No signal moves in these runs").count(), 1, "{command}: {text}");
         assert!(!text.contains("camera.delay"), "{command}: {text}");
         let json = run(&[command, "--format", "json"], &folder);
         assert!(json.status.success(), "{command}: {json:?}");
