@@ -179,7 +179,7 @@ impl CampaignFile {
             let smoothing = match (smooth, spread.random().filter(|sigma| *sigma > 0.0)) {
                 // `smooth` is the period of an oscillation that comes out half as large.
                 (Some(period), _) => Smoothing::TimeConstant(period / std::f64::consts::TAU),
-                (None, Some(sigma)) => Smoothing::Misfit(sigma),
+                (None, Some(sigma)) => Smoothing::Noise(sigma),
                 (None, None) => Smoothing::CrossValidation,
             };
             let needed = needs(model, &input.name);

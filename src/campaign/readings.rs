@@ -236,10 +236,11 @@ fn proposed(inputs: &[Track], (first, last): (f64, f64), are_all_outside: bool) 
             read_in(unit)
         );
     }
-    if last >= from && first <= to {
+    // Most of the samples would be within the streams.
+    if 2.0 * (last.min(to) - first.max(from)) > last - first {
         return "; a smaller delay_range keeps a smaller margin, and a pair for clocks that differ to one side, as in [\"0 s\", \"2 s\"], one at one end".to_owned();
     }
-    if !are_all_outside {
+    if !are_all_outside || (last >= from && first <= to) {
         return String::new();
     }
     let (low, high) = ((from - first).min(to - last), (from - first).max(to - last));

@@ -10,7 +10,7 @@
 //! over the number of values there, so that the time constant is the same where values come
 //! densely, in bursts, or not for a while.
 //!
-//! **Misfit** and **cross-validation** weigh every raw value alike and search the time constant
+//! **Known noise** and **cross-validation** weigh every raw value alike and search the time constant
 //! between a hundredth and 300 of the mean spacing (at most the length of the stream): the
 //! equations lose digits as the fourth power of it.
 
@@ -37,41 +37,27 @@ pub(crate) fn by_time_constant(points: &Points, seconds: f64) -> Curve {
     solve_or_relax(points, &local_spacing(points, s), s)
 }
 
-/// Smooths so that the rms misfit is `sigma`.
-pub(crate) fn by_misfit(points: &Points, sigma: f64) -> Curve {
-    let (mut low, mut high) = search_range(points);
-    let weights = even_weights(points);
-    let at = |log: f64| solve_or_relax(points, &weights, log.exp());
-    let smoothest = at(high);
-    if misfit(points, &smoothest) <= sigma {
-        return smoothest;
-    }
-    // The misfit grows with the penalty, so halving the interval always closes in.
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        let curve = at(middle);
-        let found = misfit(points, &curve);
-        if (found / sigma - 1.0).abs() < 1e-9 {
-            return curve;
-        }
-        if found < sigma {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    at(0.5 * (low + high))
+/// Smooths so that the predicted squared error of the curve is least, where values have noise of this
+/// standard deviation: `misfit² + 2 σ² tr A / n` (Mallows 1973, Craven and Wahba 1979). A misfit of
+/// `sigma` would be too smooth, for a curve follows its noise in part: amplitudes came out too small.
+pub(crate) fn by_noise(points: &Points, sigma: f64) -> Curve {
+    by_score(points, |curve| misfit(points, curve).powi(2) + 2.0 * sigma * sigma * curve.leverage)
 }
 
 /// Smooths so that generalised cross-validation is least: `misfit² / (1 - tr A / n)²`.
 pub(crate) fn by_cross_validation(points: &Points) -> Curve {
+    by_score(points, |curve| {
+        let left = (1.0 - curve.leverage).max(1e-12);
+        (misfit(points, curve) / left).powi(2)
+    })
+}
+
+/// Smooths so that a score is least.
+fn by_score(points: &Points, score: impl Fn(&Curve) -> f64) -> Curve {
     let (low, high) = search_range(points);
     let weights = even_weights(points);
-    let score = |log: f64| {
-        let curve = solve_or_relax(points, &weights, log.exp());
-        let left = (1.0 - curve.leverage).max(1e-12);
-        (misfit(points, &curve) / left).powi(2)
-    };
+    let at = |log: f64| solve_or_relax(points, &weights, log.exp());
+    let score = |log: f64| score(&at(log));
     // A scan first: the score may have more than one minimum.
     const STEPS: usize = 30;
     let step = (high - low) / STEPS as f64;
@@ -93,7 +79,7 @@ pub(crate) fn by_cross_validation(points: &Points) -> Curve {
             a = c;
         }
     }
-    solve_or_relax(points, &weights, (0.5 * (a + b)).exp())
+    at(0.5 * (a + b))
 }
 
 /// Logarithms of the shortest and the longest time constant tried.

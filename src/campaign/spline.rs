@@ -33,9 +33,9 @@ const GUESSED: f64 = 10.0;
 pub enum Smoothing {
     /// The time constant (s) of the equivalent kernel, see `smoothing`.
     TimeConstant(f64),
-    /// The root mean square of (raw - smoothed), in the unit of the values: the discrepancy
-    /// principle.
-    Misfit(f64),
+    /// The standard deviation of the noise of each value, in the unit of the values: the least
+    /// predicted error (Mallows's C_p), right for noise that is independent from value to value.
+    Noise(f64),
     /// Neither is known: generalised cross-validation, right for noise that is independent from
     /// value to value (it smooths too little where noise is correlated).
     CrossValidation,
@@ -67,7 +67,7 @@ pub enum SplineError {
         /// Its index.
         index: usize,
     },
-    /// The time constant or the misfit is not positive.
+    /// The time constant or the standard deviation is not positive.
     #[error("the smoothing must be a positive, finite number")]
     Smoothing,
 }
@@ -122,7 +122,7 @@ impl Spline {
         points.x.iter_mut().for_each(|x| *x -= shift);
         let curve = match smoothing {
             Smoothing::TimeConstant(seconds) => smoothing::by_time_constant(&points, seconds),
-            Smoothing::Misfit(sigma) => smoothing::by_misfit(&points, sigma),
+            Smoothing::Noise(sigma) => smoothing::by_noise(&points, sigma),
             Smoothing::CrossValidation => smoothing::by_cross_validation(&points),
         };
         let scatter = smoothing::misfit(&points, &curve);
@@ -275,7 +275,7 @@ fn check(times: &[f64], values: &[f64], smoothing: Smoothing) -> Result<(), Spli
         }
     }
     match smoothing {
-        Smoothing::TimeConstant(by) | Smoothing::Misfit(by) if !by.is_finite() || by <= 0.0 => {
+        Smoothing::TimeConstant(by) | Smoothing::Noise(by) if !by.is_finite() || by <= 0.0 => {
             Err(SplineError::Smoothing)
         }
         _ => Ok(()),

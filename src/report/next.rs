@@ -6,7 +6,9 @@ use crate::diagnose::budget::answer::{Remainder, Row};
 use crate::diagnose::library::variant::Variant;
 use crate::estimate::conventions::Mistaken;
 use crate::report::conventions::{is_doubtful, text_for};
+use crate::report::figure;
 use crate::report::left_out;
+use crate::report::rows_text::family_unit;
 
 /// What was asked for, as it was typed, and what is known beside the diagnosis.
 #[derive(Clone, Copy, Debug)]
@@ -68,14 +70,22 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
     let leaves_out = left_out::is_any(diagnosis) && diagnosis.verdict.is_made();
     if !diagnosis.rows.is_empty() || leaves_out {
         let rows = diagnosis.rows.iter().map(|one| format!("--with {}", one.name));
+        let members = diagnosis.rows.iter().flat_map(|row| members(diagnosis, row, asked));
         let folder = asked.out.unwrap_or("DIR");
         let leave_out = leaves_out.then(|| format!("--leave-out {folder}/left_out.csv"));
         // Beside a remainder such weights would take it for noise, and what rows do with it.
         let is_autocorrelated =
             !diagnosis.autocorrelation.is_empty() && !diagnosis.verdict.has_remainder();
         let noise = is_autocorrelated.then(|| "--noise autocorrelated".to_owned());
-        let options: Vec<String> =
-            asked.options.iter().cloned().chain(rows).chain(leave_out).chain(noise).collect();
+        let options: Vec<String> = asked
+            .options
+            .iter()
+            .cloned()
+            .chain(rows)
+            .chain(members)
+            .chain(leave_out)
+            .chain(noise)
+            .collect();
         text.push_str(&format!(
             "\nNext: `homepoint calibrate {campaigns} {}`\n",
             options.join(" ")
@@ -87,6 +97,19 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
     }
     text.push_str(&of_remainder(diagnosis, leaves_out));
     text
+}
+
+/// Options that state the members of a row's families as they were found, but for those that are
+/// stated already: `calibrate` looks through a coarser range.
+fn members(diagnosis: &Diagnosis, row: &Row, asked: &Asked<'_>) -> Vec<String> {
+    let effect = row.name.split('.').next().unwrap_or(&row.name);
+    let each = row.member.iter().map(|(family, value)| {
+        let size = figure::exact(*value, &family_unit(diagnosis, &row.name, family));
+        (format!("--set {effect}.{family}="), size)
+    });
+    let is_stated = |option: &str| asked.options.iter().any(|one| one.starts_with(option));
+    let open = each.filter(|(option, _)| !is_stated(option));
+    open.map(|(option, size)| format!("{option}\"{size}\"")).collect()
 }
 
 /// What to do about the remainder, after what to do with rows and what is left out.

@@ -206,7 +206,7 @@ fn joint(row: &Row) -> String {
 }
 
 /// The unit in which a family of an effect is declared.
-fn family_unit(diagnosis: &Diagnosis, effect: &str, family: &str) -> Unit {
+pub(super) fn family_unit(diagnosis: &Diagnosis, effect: &str, family: &str) -> Unit {
     let steps = diagnosis.steps.iter();
     let recipes = steps.flat_map(|steps| &steps.last().recipes);
     let mut effects = recipes.flat_map(|recipe| &recipe.effects);
