@@ -93,7 +93,8 @@ pub fn begin(
                 None => "name the column in the campaign yourself (docs/files-as-they-are.md)"
                     .to_owned(),
             };
-            faults.push(Diagnostic::error(message).help(help));
+            let of_stops = "of a table of stops name one alone: each further one is a run, [[runs]], of its own";
+            faults.push(Diagnostic::error(message).help(help).help(of_stops));
         }
     }
     let logs = Diagnostics(faults).into_result(logs)?;

@@ -42,14 +42,21 @@ impl Head<'_> {
     fn before(&self, at: usize, form: &Form) -> Option<usize> {
         let rows = &self.rows[at..self.rows.len().min(at + ALIKE)];
         candidates(form).find_map(|separator| {
-            let width = cells(rows[0].1, separator).count();
+            // Remarks at the end of rows need not be there.
+            let before = names(self.rows[at - 1].1, separator);
+            let has_comment = before.last().is_some_and(|(name, _)| is_comment(name));
+            let width = match has_comment {
+                true => before.len(),
+                false => cells(rows[0].1, separator).count(),
+            };
             let is_alike = |row: &str| {
                 let filled =
                     |(cell, _): &(&str, _)| !cell.is_empty() && !is_missing(&form.missing, cell);
                 let count = cells(row, separator).count();
                 let found = numbers(row, separator, form);
                 let filled = cells(row, separator).filter(filled).count();
-                count == width && found > 0 && 2 * found > filled
+                let fits = count == width || has_comment && count + 1 == width;
+                fits && found > 0 && 2 * found > filled
             };
             if width < 2 || !rows.iter().all(|(_, row)| is_alike(row)) {
                 return None;
@@ -74,6 +81,12 @@ impl Head<'_> {
             is_header.then_some(if is_named || is_behind_rows { 0 } else { header })
         })
     }
+}
+
+/// Whether a column holds remarks by its name, as LabVIEW writes one behind the values: rows without a
+/// remark end before it.
+pub(crate) fn is_comment(name: &str) -> bool {
+    name.eq_ignore_ascii_case("comment")
 }
 
 /// Whether a row has numbers, or nothing, wherever another one has numbers.

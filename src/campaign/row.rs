@@ -8,6 +8,7 @@ use crate::campaign::dialect::{Decimal, Separator, cells};
 use crate::campaign::form::{Form, is_missing};
 use crate::campaign::header::Column;
 use crate::campaign::origin::Origin;
+use crate::campaign::preamble::is_comment;
 use crate::campaign::repeats::{Cause, RowFault};
 use crate::campaign::stamp_columns::StampColumns;
 use crate::campaign::wraps::Wraps;
@@ -292,8 +293,11 @@ impl Reader {
                 },
             }
         }
-        if found < columns.len() && columns[found..].iter().all(|column| !column.is_named) {
-            // The header ends with separators.
+        let may_lack = |column: &Column| {
+            !column.is_named || column.wanted.is_none() && is_comment(&column.name)
+        };
+        if found < columns.len() && columns[found..].iter().all(may_lack) {
+            // The header ends with separators, or with a column of remarks.
             self.row[found..].fill(f64::NAN);
         } else if found != columns.len() {
             let message =

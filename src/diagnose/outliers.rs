@@ -47,7 +47,8 @@ use self::unresponsive::without_unresponsive;
 use super::found::LeftOut;
 
 /// The fit of the rest with what was left out; `None` where there is nothing to leave out.
-type Cleaned = Result<Option<(Calibration, LeftOut)>, FitError>;
+type Rest = Option<(Calibration, LeftOut)>;
+type Cleaned = Result<Rest, FitError>;
 
 /// A nominal fit without what spoils it.
 #[derive(Clone, Debug)]

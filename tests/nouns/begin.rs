@@ -413,6 +413,17 @@ fn what_a_stated_model_lacks_is_a_line_to_fill_in() {
     assert!(campaign.contains("data = "), "{campaign}");
 }
 
+/// An angle that goes on evenly from stop to stop has a unit, which is none of time.
+#[test]
+fn an_angle_that_is_stepped_is_no_time() {
+    let model = "name = \"table\"\n[inputs]\ntable = { unit = \"rad\" }\n[parameters]\nzero = { unit = \"rad\" }\n\
+                 [measurands]\nread = { value = 'table + zero', unit = \"rad\" }\n";
+    let stops =
+        table("table [deg],read [deg]", 0.5, |t| format!("{:.3},{:.3}", 15.0 * t, 15.0 * t + 0.1));
+    let campaign = begun_with(model, &[("stops.csv", stops)]);
+    assert!(!campaign.contains("time =") && !campaign.contains("signals"), "{campaign}");
+}
+
 #[test]
 fn names_in_a_begun_table_of_stops_are_unique() {
     let model = |value: &str| {

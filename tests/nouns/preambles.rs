@@ -146,6 +146,22 @@ fn words_among_the_first_rows_hide_no_row() {
     assert_eq!(fault.place.unwrap().line, 2, "{}", fault.message);
 }
 
+/// LabVIEW writes a column of remarks behind the values; rows without a remark end before it. A row
+/// that ends before a value is a fault.
+#[test]
+fn remarks_behind_the_values_need_not_be_there() {
+    let due = numbers(&load("\"data.csv\"", &table(HEADER, ",")).unwrap());
+    let before = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\t\t\n\
+                  time [s]\tpan [deg]\ttilt [deg]\tComment\n";
+    let text = table(before, "\t");
+    let (head, rows) = text.split_at(before.len());
+    let first = rows.split_once('\n').unwrap();
+    let with_remark = format!("{head}{}\tramp off\n{}", first.0, first.1);
+    assert_eq!(numbers(&load("\"data.csv\"", &with_remark).unwrap()), due);
+    let cut = text.trim_end().rsplit_once('\t').unwrap().0.to_owned() + "\n";
+    assert!(load("\"data.csv\"", &cut).is_err());
+}
+
 /// A table that begins with its header or its rows has no lines before it.
 #[test]
 fn rows_of_a_table_without_preamble_are_all_there() {

@@ -66,8 +66,9 @@ pub(super) fn column(survey: &Survey) -> Option<(Candidate, bool)> {
     };
     let numbers = survey.columns.iter().enumerate();
     let is_other = |column: &Surveyed| {
-        let unit = column.unit.as_ref().map(|unit| unit.dimension);
-        unit.is_some_and(|unit| unit != Dimension::TIME && unit != Dimension::NONE)
+        let is_number = |unit: &Unit| unit.dimension == Dimension::NONE && !unit.is_angle();
+        let unit = column.unit.as_ref();
+        unit.is_some_and(|unit| unit.dimension != Dimension::TIME && !is_number(unit))
     };
     let numbers = numbers
         .filter(|(_, column)| column.calendar.is_none() && !is_other(column) && in_order(column));

@@ -7,9 +7,9 @@ use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
-use super::Cleaned;
 use super::limits::{without_outliers_at, without_wrong_at};
 use super::lost::{self, Jump, SPOILT};
+use super::{Cleaned, Rest};
 
 /// Rounds of leaving outliers out.
 const PEELS: usize = 6;
@@ -137,7 +137,7 @@ fn without(problem: &Problem, part: usize, run: usize) -> Problem {
 pub(super) fn without_lost(
     nominal: &Calibration,
     options: &Options,
-) -> Result<(Option<(Calibration, LeftOut)>, Vec<Jump>), FitError> {
+) -> Result<(Rest, Vec<Jump>), FitError> {
     let (mut rest, mut found) = (None, LeftOut::default());
     let mut jumps = Vec::new();
     for _ in 0..lost::LOOKS {
