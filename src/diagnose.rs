@@ -110,8 +110,12 @@ fn searched(
     options: &Options,
 ) -> Result<(Diagnosis, Option<Records>), FitError> {
     let Cleared { nominal, left_out: more, spikes, jumped } = without_outliers(whole, options)?;
-    let mut left_out = known;
-    left_out.extend(more);
+    let beside = |more: LeftOut| {
+        let mut left_out = known.clone();
+        left_out.extend(more);
+        left_out
+    };
+    let mut left_out = beside(more);
     let fitted = |of: &Calibration| {
         let (problem, fit) = (of.problem.clone(), of.fit.clone());
         Fitted { recipes: recipes.clone(), problem, fit }
@@ -129,12 +133,13 @@ fn searched(
         return Ok((diagnosis, None));
     };
     // Beside a jump that is not in the fit whatever is found is poor.
-    if let Some((nominal, jumps)) = jumped
+    if let Some(jumped) = jumped
         && is_poor(&found)
-        && let Some(with) = search_with_jumps(fitted(&nominal), &jumps, wanted, options)?
+        && let nominal = fitted(&jumped.nominal)
+        && let Some(with) = search_with_jumps(nominal, &jumped.jumps, wanted, options)?
         && !is_poor(&with)
     {
-        (found, diagnosis.nominal) = (with, nominal);
+        (found, diagnosis.nominal, left_out) = (with, jumped.nominal, beside(jumped.left_out));
     }
     diagnosis.left_out = left_out;
     let last = found.competed.linear.fitted.clone();
@@ -146,7 +151,7 @@ fn searched(
     Ok((diagnosis, Some(records)))
 }
 
-/// Whether what a search found leaves far more than is stated, or noise that remembers.
+/// Whether what a search found leaves far more than is stated, or autocorrelated noise.
 fn is_poor(found: &Found) -> bool {
     let Fitted { problem, fit, .. } = &found.competed.linear.fitted;
     let freedom = problem.component_count().saturating_sub(problem.layout.columns.len()).max(1);

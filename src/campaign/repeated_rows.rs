@@ -31,7 +31,10 @@ impl RepeatedRows {
 
     /// Whether a line repeats the header row; notes it.
     pub(crate) fn is_header(&mut self, number: usize, line: &[u8]) -> bool {
-        let is_header = self.header.as_ref().is_some_and(|header| header.as_bytes() == line);
+        // The second log may begin with a byte order mark.
+        let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line).trim_ascii_end();
+        let is_same = |header: &String| header.trim_end().as_bytes() == line;
+        let is_header = self.header.as_ref().is_some_and(is_same);
         if is_header {
             self.headers.push(number);
         }

@@ -3,6 +3,7 @@
 //!
 //! How it is found is for [`super::outliers`] and [`super::budget`] to say.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -125,9 +126,11 @@ impl LeftOut {
         readings.is_empty() && runs.is_empty() && stretches.is_empty() && lost.is_empty()
     }
 
-    /// Adds what is left out later.
+    /// Adds what is left out later, each reading once.
     pub fn extend(&mut self, later: Self) {
-        self.readings.extend(later.readings);
+        let at = |one: &Reading| (one.run.clone(), one.measurand.clone(), one.row);
+        let known: BTreeSet<_> = self.readings.iter().map(at).collect();
+        self.readings.extend(later.readings.into_iter().filter(|one| !known.contains(&at(one))));
         self.runs.extend(later.runs);
         self.stretches.extend(later.stretches);
         self.lost.extend(later.lost);

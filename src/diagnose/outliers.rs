@@ -50,6 +50,18 @@ use super::found::LeftOut;
 type Rest = Option<(Calibration, LeftOut)>;
 type Cleaned = Result<Rest, FitError>;
 
+/// Jumps of clocks, with the fit that shows them, in which no spikes are left out: what is far out
+/// beside a jump may be nothing else.
+#[derive(Clone, Debug)]
+pub(super) struct Jumped {
+    /// The fit.
+    pub(super) nominal: Calibration,
+    /// What is left out of it.
+    pub(super) left_out: LeftOut,
+    /// The jumps.
+    pub(super) jumps: Vec<Jump>,
+}
+
 /// A nominal fit without what spoils it.
 #[derive(Clone, Debug)]
 pub(super) struct Cleared {
@@ -59,9 +71,8 @@ pub(super) struct Cleared {
     pub(super) left_out: LeftOut,
     /// What is left out as it is seen from the nominal fit: effects may have hidden it, or made it up.
     pub(super) spikes: Spikes,
-    /// Jumps of clocks, with the fit that shows them, in which no spikes are left out: what is far out
-    /// beside a jump may be nothing else.
-    pub(super) jumped: Option<(Calibration, Vec<Jump>)>,
+    /// Jumps of clocks, if there are any.
+    pub(super) jumped: Option<Jumped>,
 }
 
 /// The nominal fit without what spoils it, and that.
@@ -83,7 +94,11 @@ pub(super) fn without_outliers(
         nominal = rest;
         left_out.extend(found);
     }
-    let jumped = (!jumps.is_empty()).then(|| (nominal.clone(), jumps));
+    let jumped = (!jumps.is_empty()).then(|| Jumped {
+        nominal: nominal.clone(),
+        left_out: left_out.clone(),
+        jumps,
+    });
     let mut spikes = Spikes::none(&nominal.problem);
     if let Some((rest, found)) = without_spikes(&nominal, options)? {
         nominal = rest;

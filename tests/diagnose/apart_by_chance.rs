@@ -82,3 +82,47 @@ fn three_causes_stand_in_every_draw() {
     }
     assert!(wrong.is_empty(), "{} of {DRAWS}\n{}", wrong.len(), wrong.join("\n"));
 }
+
+/// Six runs of a shaker that swings to and fro, of which the gain differs by a thousandth: no run has a
+/// rate by which values could differ, and what the user suspects is named.
+#[test]
+fn runs_that_swing_have_no_rates_to_differ_by() {
+    let model = "name = \"shaker\"\ntitle = \"Shaker\"\n[inputs]\ntable = { unit = \"m\", signal = true }\n\
+         [parameters]\nzero = { unit = \"m\", scope = \"rig\" }\n[quantities]\nmoved = 'table'\n\
+         [measurands]\npot = { value = 'zero + moved', unit = \"m\", sigma = \"0.3 mm\" }\n";
+    let effect = "name = \"larger\"\ntitle = \"larger\"\nacts = \"arm\"\n[parameters]\nchange = { unit = \"1\", typical = \"0.01\", scope = \"rig\" }\n[patch]\nmoved = 'moved * (1 + change)'\n";
+    let mut files = vec![
+        ("model.toml".to_owned(), model.to_owned()),
+        ("effects/larger.toml".to_owned(), effect.to_owned()),
+    ];
+    let mut campaign = "title = \"Shaker\"\nmodel = \"model.toml\"\n".to_owned();
+    let mut random = Stream(77);
+    for run in 0..6 {
+        campaign += &format!(
+            "[[runs]]\nname = \"r{run}\"\ndata = \"r{run}.csv\"\nsignals = [\"r{run}_table.csv\"]\n"
+        );
+        let swing = |t: f64| 0.06 * (5.65 * t + f64::from(run)).sin();
+        let gain = 1.01 + 0.001 * random.normal();
+        let mut log = "time [s],pot [mm]\n".to_owned();
+        let mut stream = "time [s],table [mm]\n".to_owned();
+        let start = 30.0 * f64::from(run);
+        for sample in -60..460 {
+            let t = start + 0.02 * f64::from(sample);
+            stream += &format!("{t:.3},{:.6}\n", 1e3 * swing(t));
+            if (0..400).contains(&sample) {
+                log += &format!(
+                    "{t:.3},{:.4}\n",
+                    1e3 * gain * swing(t - 0.004) + 0.3 * random.normal()
+                );
+            }
+        }
+        files.push((format!("r{run}.csv"), log));
+        files.push((format!("r{run}_table.csv"), stream));
+    }
+    files.push(("campaign.toml".to_owned(), campaign));
+    let named: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    let folder = Folder::new("shaker", &named);
+    let Opened { problem, recipes, .. } = open(&Request::new([&*folder])).unwrap();
+    let found = diagnose(problem, recipes, &Wanted::default(), &Default::default()).unwrap();
+    assert!(found.rows.iter().any(|row| row.name == "larger"), "{}", told(&found));
+}

@@ -76,6 +76,20 @@ fn samples_lost_in_a_full_buffer_are_left_out() {
     assert!(lost.samples.start.abs_diff(FIRST) <= 1 && lost.samples.end == SAMPLES, "{lost:?}");
 }
 
+/// What was left out beside the fit without the jump is not left out beside the one with it, and
+/// nothing is listed twice.
+#[test]
+fn no_reading_is_left_out_twice() {
+    for late in [0.31, 0.4137, 0.5123] {
+        let found = shaker(late);
+        let rows: Vec<_> = found.left_out.readings.iter().map(|one| (&one.run, one.row)).collect();
+        let mut each = rows.clone();
+        each.dedup();
+        assert!(rows.len() == each.len() && rows.len() <= 4, "{late}: {rows:?}");
+        assert!(found.rows.is_empty() && found.remainder.len() == 1, "{late}");
+    }
+}
+
 #[test]
 fn nothing_is_wrong_without_a_jump() {
     assert_eq!(shaker(0.0).verdict, Verdict::Adequate);

@@ -112,3 +112,29 @@ fn table(signal: &str) -> Calibration {
     let folder = Folder::new("table", &files);
     calibrate(open(&Request::new([&*folder])).unwrap().problem, &Options::default()).unwrap()
 }
+
+/// A signal that stands still beside one that moves: the delay of what it alone acts on does nothing.
+#[test]
+fn a_signal_without_a_rate_beside_one_that_moves_has_no_delay() {
+    let model = "name = \"two\"\ntitle = \"Two\"\n[inputs]\nangle = { unit = \"rad\", signal = true }\ntilt = { unit = \"rad\", signal = true }\n\
+         [parameters]\nbias = { unit = \"rad\", scope = \"rig\" }\n\
+         [measurands]\nalong = { value = 'sin(angle)', unit = \"1\", sigma = \"0.001\" }\n\
+         level = { value = 'tilt + bias', unit = \"rad\", sigma = \"0.001 rad\" }\n";
+    let campaign =
+        "title = \"Two\"\nmodel = \"model.toml\"\n[[runs]]\nname = \"r\"\ndata = \"data.csv\"\n";
+    let mut data =
+        "time [s],angle [rad],angle_rate [rad/s],tilt [rad],along [1],level [rad]\n".to_owned();
+    let mut noise = Stream(6);
+    for n in 0..60 {
+        let (angle, tilt) = (0.7 * f64::from(n), 0.01 * f64::from(n % 9));
+        let (along, level) =
+            (angle.sin() + 1e-3 * noise.normal(), tilt + 0.02 + 1e-3 * noise.normal());
+        data += &format!("{n},{angle},0.7,{tilt},{along:.6},{level:.6}\n");
+    }
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("data.csv", &*data)];
+    let folder = Folder::new("two", &files);
+    let fit = calibrate(open(&Request::new([&*folder])).unwrap().problem, &Options::default());
+    let fit = fit.unwrap();
+    assert!(fit.is_sound());
+    assert_eq!(fit.unknowns(), 2);
+}

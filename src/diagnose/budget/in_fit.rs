@@ -3,7 +3,6 @@
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;
-use crate::engine::layout::Instance;
 use crate::engine::point::from_components;
 use crate::system::Selected;
 
@@ -33,8 +32,11 @@ pub fn effect_of<'f>(fitted: &'f Fitted, name: &str) -> Option<&'f Selected> {
 /// fewer columns.
 pub fn count_of_values(fitted: &Fitted, name: &str) -> usize {
     let prefix = format!("{name}.");
-    let own = fitted.problem.layout.instances.iter().filter(|one| one.name.starts_with(&prefix));
-    own.map(Instance::dimension).sum()
+    let layout = &fitted.problem.layout;
+    let own =
+        (0..layout.instances.len()).filter(|one| layout.instances[*one].name.starts_with(&prefix));
+    let values = own.flat_map(|one| (0..layout.instances[one].dimension()).map(move |k| (one, k)));
+    values.filter(|(one, k)| !layout.columns_of(*one, *k).is_empty()).count()
 }
 
 /// The columns of an effect in the fit, with their values.

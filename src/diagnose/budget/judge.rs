@@ -145,7 +145,8 @@ impl Selection<'_> {
                 Some(Objection::HeldOut(drops[row]))
             } else if gain < least {
                 Some(Objection::Small(gain.sqrt()))
-            } else if rest > 0.0 && gain > BORROWED * without_blocks[row].gain {
+            } else if !is_own && rest > 0.0 && gain > BORROWED * without_blocks[row].gain {
+                // Whether blocks do as well as a cause that a user suspects is condition 6.
                 Some(Objection::Borrowed)
             } else if rest > 0.0 && gain < OWN_SHARE_BELOW {
                 let share = self.own_share(model, *at);

@@ -93,7 +93,7 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
         let count = rates_here.len().max(1) as f64;
         let mean = rates_here.iter().sum::<f64>() / count;
         let rms = (rates_here.iter().map(|rate| rate * rate).sum::<f64>() / count).sqrt();
-        // What goes to and fro has no rate in a run.
+        // A signal that goes to and fro in a run has no mean rate to compare.
         of_runs[run] = if mean.abs() < STEADY * rms { 0.0 } else { mean };
     });
     let names = problem.parts.iter().flat_map(|part| &part.system.assembly.names.measurands);
@@ -110,7 +110,7 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
             .collect();
         let groups_of_sense = groups(&sense, |a, b| a == b);
         labels.push(Grouping { label: Label::Sense(name.clone()), groups: groups_of_sense });
-        let same = |a: &f64, b: &f64| (a.abs() - b.abs()).abs() < SAME_RATE * most;
+        let same = |a: &f64, b: &f64| (a.abs() - b.abs()).abs() <= SAME_RATE * most;
         labels.push(Grouping { label: Label::Rate(name), groups: groups(&rates, same) });
     }
     labels.retain(|one| one.groups.iter().any(|group| *group != one.groups[0]));

@@ -100,7 +100,7 @@ pub fn look(
     }
     let robust = robust_fit(problem, point, false, options)?;
     let found = find(problem, &robust.point, &robust.seen);
-    if !found.is_empty() || variance_factor.is_none_or(|factor| factor < SPOILT) {
+    if !found.lost.is_empty() || variance_factor.is_none_or(|factor| factor < SPOILT) {
         return Ok(found);
     }
     let others = starts(problem, point, options).filter_map(|(point, own)| {
@@ -136,9 +136,8 @@ fn find(problem: &Problem, point: &Point, sound: &[Residuals]) -> Elsewhere {
                 shifted.forget(&samples);
                 let nearest = shifted.nearest(periods, &samples);
                 // A motion that repeats is near itself at whole samples by chance, too.
-                let is_nearer = |nearest: f64| nearest.abs() < periods.abs() as f64 - 0.5;
-                let is_lost = !is_between && !nearest.is_some_and(is_nearer);
-                if is_lost && shifted.is_whole(periods, &samples) {
+                let periods = nearest.map_or(periods, |nearest| nearest.round() as isize);
+                if !is_between && periods != 0 && shifted.is_whole(periods, &samples) {
                     let rows = (run.record.row(samples.start), run.record.row(samples.end - 1));
                     let name = part.run_name(r);
                     found.lost.push(Lost { part: p, run: r, name, samples, rows, periods, ln_p });

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::campaign::load::Campaign;
-use crate::campaign::signal::a_signal_moves;
+use crate::campaign::signal::Track;
 use crate::diagnostic::Diagnostics;
 use crate::engine::open::recipe::Recipe;
 use crate::graph::{Leaf, Node};
@@ -17,8 +17,9 @@ pub(super) fn hold(recipes: &mut [Recipe], campaigns: &[Campaign]) -> Result<(),
     let mut acting: BTreeSet<String> = BTreeSet::new();
     for (recipe, campaign) in recipes.iter().zip(campaigns) {
         let system = recipe.with(&[])?;
-        if moves(&system, campaign) {
-            acting.extend(delays_that_act(&system));
+        let moving = moving(&system, campaign);
+        if moving.contains(&true) {
+            acting.extend(delays_that_act(&system, &moving));
         }
     }
     for recipe in recipes {
@@ -35,25 +36,38 @@ pub(super) fn hold(recipes: &mut [Recipe], campaigns: &[Campaign]) -> Result<(),
     Ok(())
 }
 
-/// Whether a signal moves while readings are taken.
-fn moves(system: &System, campaign: &Campaign) -> bool {
-    campaign
-        .runs
-        .iter()
-        .any(|run| a_signal_moves(&system.assembly.names.inputs, run.record.inputs()))
+/// For each input whether it is a signal that moves while readings are taken.
+fn moving(system: &System, campaign: &Campaign) -> Vec<bool> {
+    let inputs = system.assembly.names.inputs.iter().enumerate();
+    let moves = |at: usize| {
+        let mut tracks = campaign.runs.iter().filter_map(|run| run.record.inputs().get(at));
+        tracks.any(Track::moves)
+    };
+    inputs.map(|(at, input)| input.signal && moves(at)).collect()
 }
 
-/// The delays on which the value of a measurand depends.
-fn delays_that_act(system: &System) -> impl Iterator<Item = String> + '_ {
+/// The delays on which the value of a measurand depends: through a signal that moves, or a time.
+fn delays_that_act<'s>(
+    system: &'s System,
+    moving: &'s [bool],
+) -> impl Iterator<Item = String> + 's {
     let assembly = &system.assembly;
     let measurands = assembly.names.measurands.iter().zip(&assembly.measurands);
     let acting = measurands.filter(|(own, graph)| {
         let needed = assembly.graph.needed_by(graph.value.nodes());
+        let has = |is_one: &dyn Fn(&Node) -> bool| {
+            needed.iter().any(|node| is_one(&assembly.graph.node(*node)))
+        };
         let is_delay = |node: &Node| match node {
             Node::Leaf(Leaf::Parameter { parameter, .. }) => *parameter as usize == own.delay,
             _ => false,
         };
-        needed.iter().any(|node| is_delay(&assembly.graph.node(*node)))
+        let goes_on = |node: &Node| match node {
+            Node::Signal { input, .. } => moving.get(*input as usize).copied().unwrap_or(false),
+            Node::Leaf(Leaf::Clock(clock)) => clock.runs(),
+            _ => false,
+        };
+        has(&is_delay) && has(&goes_on)
     });
     acting.map(|(own, _)| assembly.names.parameters[own.delay].name.clone())
 }

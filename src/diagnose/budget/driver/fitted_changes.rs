@@ -42,7 +42,7 @@ impl Search<'_> {
         let mut is_taken = false;
         for (_, own, change, value) in large {
             let Some(place) = &own.place else { continue };
-            if self.fit_change(linear, change, place, value)? {
+            if self.tried_changes.len() < MOST && self.fit_change(linear, change, place, value)? {
                 self.log.push(format!("{} enters the fit", own.name));
                 is_taken = true;
             }
@@ -61,7 +61,7 @@ impl Search<'_> {
     ) -> Result<bool, FitError> {
         let block = &linear.candidates[change.base.candidate];
         let tried = (block.name.clone(), change.at, change.end);
-        if self.tried_changes.len() >= MOST || self.tried_changes.contains(&tried) {
+        if self.tried_changes.contains(&tried) {
             return Ok(false);
         }
         self.tried_changes.push(tried);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{NEAR, SHORTEST, Shift, Shifted};
+use super::{NEAR, SHORTEST, Shift, Shifted, WORSE};
 
 /// Between two moments that are looked at, in sample periods.
 const STEP: f64 = 0.5;
@@ -26,14 +26,19 @@ impl Shifted<'_> {
         let middle = samples.start + samples.len() / 2;
         let halves = [samples.start..middle, middle..samples.end];
         let refined = least.into_iter().filter_map(|about| {
-            let (best, ..) = self.grids((about, STEP), samples, reach).last()?;
+            let (best, sum, count) = self.grids((about, STEP), samples, reach).last()?;
             let fits = |samples: &Range<usize>| {
                 let (sums, count) = self.sums(&[Shift::Time(best)], samples, reach);
                 samples.len() < SHORTEST || sums[0] <= NEAR * count
             };
-            halves.iter().all(fits).then_some(best)
+            halves.iter().all(fits).then_some((best, sum, count))
         });
-        refined.into_iter().next()
+        let refined: Vec<(f64, f64, f64)> = refined.collect();
+        let best = refined.iter().map(|one| one.1).fold(f64::INFINITY, f64::min);
+        // Of those that fit as well as the best.
+        let is_as_good =
+            |one: &&(f64, f64, f64)| one.1 - best <= WORSE * (best / one.2.max(1.0)).max(1.0);
+        refined.iter().find(is_as_good).map(|one| one.0)
     }
 
     /// Whether some shift of the clock carries a stretch back among the others.
