@@ -79,10 +79,10 @@ impl Loader<'_> {
         }
         // One log may be read as data and as a stream.
         let name = table.name();
-        let repeated = [table.repeated.told(&name), table.repeated.headers_told(&name)];
-        for told in repeated.into_iter().flatten() {
-            if self.warnings.iter().all(|one| one.message != told.message) {
-                self.warnings.push(told);
+        let repeated = [table.repeated.told(&name), table.repeated.header_warning(&name)];
+        for warning in repeated.into_iter().flatten() {
+            if self.warnings.iter().all(|one| one.message != warning.message) {
+                self.warnings.push(warning);
             }
         }
         self.skipped.append(&mut table.skipped);

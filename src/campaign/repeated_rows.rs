@@ -21,6 +21,7 @@ impl RepeatedRows {
     /// Of a table with these columns, and a header row if it has one.
     pub(crate) fn of(columns: &[Column], header: Option<String>) -> Self {
         let is_time = |column: &Column| column.wanted.as_deref() == Some(TIME);
+        let header = header.map(|header| header.trim_end().to_owned());
         Self { time: columns.iter().position(is_time), header, ..Self::default() }
     }
 
@@ -33,16 +34,15 @@ impl RepeatedRows {
     pub(crate) fn is_header(&mut self, number: usize, line: &[u8]) -> bool {
         // The second log may begin with a byte order mark.
         let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line).trim_ascii_end();
-        let is_same = |header: &String| header.trim_end().as_bytes() == line;
-        let is_header = self.header.as_ref().is_some_and(is_same);
+        let is_header = self.header.as_ref().is_some_and(|header| header.as_bytes() == line);
         if is_header {
             self.headers.push(number);
         }
         is_header
     }
 
-    /// What is to be reported of repeated header rows, once.
-    pub(crate) fn headers_told(&mut self, file: &str) -> Option<Diagnostic> {
+    /// The warning of repeated header rows, once.
+    pub(crate) fn header_warning(&mut self, file: &str) -> Option<Diagnostic> {
         let lines = std::mem::take(&mut self.headers);
         let message = match lines.as_slice() {
             [] => return None,

@@ -123,10 +123,13 @@ impl Track {
     }
 }
 
-/// Whether one of the inputs of a run that are declared signals moves, by where each comes from. An
-/// input that is none has a rate in vain where a file happens to have one: no delay acts on it.
-pub fn a_signal_moves(inputs: &[Input], tracks: &[Track]) -> bool {
-    inputs.iter().zip(tracks).any(|(input, track)| input.signal && track.moves())
+/// For each input of a run, by where it comes from, whether it is a signal that moves. One that is no
+/// signal may have a column of its rate beside it: no delay acts on it.
+pub fn moving_signals<'a>(
+    inputs: &'a [Input],
+    tracks: &'a [Track],
+) -> impl Iterator<Item = bool> + 'a {
+    inputs.iter().zip(tracks).map(|(input, track)| input.signal && track.moves())
 }
 
 /// Takes jumps by whole periods out of recorded values.

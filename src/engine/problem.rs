@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::campaign::signal::a_signal_moves;
+use crate::campaign::signal::moving_signals;
 use crate::engine::found_starts::FoundStart;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share};
@@ -82,7 +82,9 @@ impl Problem {
     pub fn moves(&self) -> bool {
         let moves = |part: &Part| {
             let inputs = &part.system.assembly.names.inputs;
-            part.runs.iter().any(|run| a_signal_moves(inputs, run.record.inputs()))
+            part.runs
+                .iter()
+                .any(|run| moving_signals(inputs, run.record.inputs()).any(|moves| moves))
         };
         self.parts.iter().any(moves)
     }

@@ -1,14 +1,12 @@
 //! Values of rows by groups of readings (runs, senses, rates): among many comparisons some differ by
 //! chance, and the rows stand all the same.
 
+use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
-use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::diagnose::{Diagnosis, diagnose};
-use homepoint::engine::open::{Opened, Request, open};
 
-use crate::folder::Folder;
 use crate::found::told;
 use crate::stream::Stream;
+use crate::written::diagnosed;
 
 const SAMPLES: usize = 400;
 const DRAWS: u64 = 40;
@@ -63,10 +61,7 @@ fn robot(seed: u64) -> Diagnosis {
         files.push((format!("{name}_wheels.csv"), stream));
     }
     files.push(("campaign.toml".to_owned(), campaign));
-    let named: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
-    let folder = Folder::new("robot", &named);
-    let Opened { problem, recipes, .. } = open(&Request::new([&*folder])).unwrap();
-    diagnose(problem, recipes, &Wanted::default(), &Default::default()).unwrap()
+    diagnosed(&files)
 }
 
 #[test]
@@ -120,9 +115,6 @@ fn runs_that_swing_have_no_rates_to_differ_by() {
         files.push((format!("r{run}_table.csv"), stream));
     }
     files.push(("campaign.toml".to_owned(), campaign));
-    let named: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
-    let folder = Folder::new("shaker", &named);
-    let Opened { problem, recipes, .. } = open(&Request::new([&*folder])).unwrap();
-    let found = diagnose(problem, recipes, &Wanted::default(), &Default::default()).unwrap();
+    let found = diagnosed(&files);
     assert!(found.rows.iter().any(|row| row.name == "larger"), "{}", told(&found));
 }

@@ -3,13 +3,10 @@
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
-use homepoint::diagnose::diagnose;
-use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::engine::open::{Opened, Request, open};
 use homepoint::report::diagnosis_text::{Asked, text};
 
-use crate::folder::Folder;
 use crate::stream::Stream;
+use crate::written::diagnosed;
 
 /// Samples of a run, the first of the second part, and the sample period (s).
 const SAMPLES: usize = 1100;
@@ -47,11 +44,7 @@ fn shaker(late: f64) -> Diagnosis {
         files.push((format!("{name}_table.csv"), table));
     }
     files.push(("campaign.toml".into(), campaign));
-    let named: Vec<(&str, &str)> =
-        files.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
-    let folder = Folder::new("shaker", &named);
-    let Opened { problem, recipes, .. } = open(&Request::new([&*folder])).unwrap();
-    diagnose(problem, recipes, &Wanted::default(), &Default::default()).unwrap()
+    diagnosed(&files)
 }
 
 #[test]

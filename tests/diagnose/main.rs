@@ -55,3 +55,4 @@ mod unknown;
 mod values_of_runs;
 mod variants;
 mod waves_over_time;
+mod written;

@@ -2,13 +2,10 @@
 //! that held-out runs could say of it is in the runs themselves.
 
 use homepoint::diagnose::budget::answer::Verdict;
-use homepoint::diagnose::diagnose;
-use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::engine::open::{Opened, Request, open};
 
-use crate::folder::Folder;
 use crate::found::told;
 use crate::stream::Stream;
+use crate::written::diagnosed;
 
 /// Runs, readings of each, and their standard deviation (N).
 const RUNS: usize = 24;
@@ -54,10 +51,7 @@ fn zero_shifts_of_runs_are_named_beside_a_gain_over_temperature() {
         files.push((format!("r{run}.csv"), log));
     }
     files.push(("campaign.toml".to_owned(), campaign));
-    let named: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
-    let folder = Folder::new("cell", &named);
-    let Opened { problem, recipes, .. } = open(&Request::new([&*folder])).unwrap();
-    let found = diagnose(problem, recipes, &Wanted::default(), &Default::default()).unwrap();
+    let found = diagnosed(&files);
     assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
     let mut names: Vec<&str> = found.rows.iter().map(|row| row.name.as_str()).collect();
     names.sort_unstable();

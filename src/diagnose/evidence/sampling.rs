@@ -130,7 +130,7 @@ fn highest(even: &[(f64, f64)]) -> f64 {
 /// Why no member of a family can be tested.
 pub(in crate::diagnose) const ALL_BLIND: &str = "none of its frequencies is distinguishable from a constant at the rates and durations of these runs: sample faster, at uneven intervals, or for longer";
 
-/// The members of a family that the runs can tell from nothing.
+/// The members of a family that the runs distinguish from a constant.
 pub(in crate::diagnose) fn distinguishable<'a>(
     problem: &Problem,
     family: &'a [Candidate],

@@ -14,8 +14,8 @@ use crate::statistics::upper_median;
 
 mod nearest;
 
-/// Sample periods looked at, in both senses: of long runs fewer, so that not more than about so many
-/// residuals are computed and kept.
+/// Sample periods looked at, in both senses: of long runs fewer, so that about so many residuals are
+/// computed and kept; of very long ones the fewest.
 const PERIODS: std::ops::RangeInclusive<usize> = 12..=40;
 const RESIDUALS: usize = 4_000_000;
 /// Mean square of the readings of a shifted stretch where they stand, over their robust variance.

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::campaign::load::Campaign;
-use crate::campaign::signal::Track;
+use crate::campaign::signal::moving_signals;
 use crate::diagnostic::Diagnostics;
 use crate::engine::open::recipe::Recipe;
 use crate::graph::{Leaf, Node};
@@ -36,14 +36,15 @@ pub(super) fn hold(recipes: &mut [Recipe], campaigns: &[Campaign]) -> Result<(),
     Ok(())
 }
 
-/// For each input whether it is a signal that moves while readings are taken.
+/// For each input whether it is a signal that moves in some run.
 fn moving(system: &System, campaign: &Campaign) -> Vec<bool> {
-    let inputs = system.assembly.names.inputs.iter().enumerate();
-    let moves = |at: usize| {
-        let mut tracks = campaign.runs.iter().filter_map(|run| run.record.inputs().get(at));
-        tracks.any(Track::moves)
-    };
-    inputs.map(|(at, input)| input.signal && moves(at)).collect()
+    let inputs = &system.assembly.names.inputs;
+    let mut all = vec![false; inputs.len()];
+    for run in &campaign.runs {
+        let here = moving_signals(inputs, run.record.inputs());
+        all.iter_mut().zip(here).for_each(|(known, moves)| *known |= moves);
+    }
+    all
 }
 
 /// The delays on which the value of a measurand depends: through a signal that moves, or a time.

@@ -1,5 +1,5 @@
 //! Minima at which a rotation is another one: the two poses of a flat target that is small or far
-//! away (Schweighofer and Pinz 2006), a board seen the other way round.
+//! away (Schweighofer and Pinz 2006).
 //!
 //! Each rotation is turned by itself, about axes in the plane of the two in which the readings
 //! determine it least, and all else is held. Where the sum of squares along such a turn has another
@@ -123,7 +123,9 @@ impl Compared {
             let costs = ANGLES.map(|angle| self.problem.cost(&at(angle)));
             for place in 1..ANGLES.len() {
                 let next = costs.get(place + 1).copied().unwrap_or(f64::INFINITY);
-                if costs[place] < costs[place - 1] && costs[place] <= next {
+                // Half a turn about an axis is half a turn about the opposite one.
+                let is_known = place + 1 == ANGLES.len() && 2 * number >= AXES;
+                if costs[place] < costs[place - 1] && costs[place] <= next && !is_known {
                     starts.push((costs[place], at(ANGLES[place])));
                 }
             }

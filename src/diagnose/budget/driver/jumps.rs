@@ -2,6 +2,7 @@
 //! linear in them sees these, and what they leave looks like other structure. The search begins with
 //! them in the fit, as changes (`fitted_changes`) from a start that was found by shifting readings.
 
+use crate::diagnose::budget::families::Families;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::terms::{Base, Change};
 use crate::diagnose::library::place::{ALL_READINGS, Place};
@@ -20,12 +21,13 @@ impl Search<'_> {
     /// Lets jumps enter the fit, but for those that do not better it; whether it is far better with them.
     pub(super) fn take_jumps(&mut self, jumps: &[Jump]) -> Result<bool, FitError> {
         let before = self.fitted.fit.cost;
+        // Members of families that are found beside jumps are worth nothing later.
+        let mut scanned = Families::default();
+        let fitted = self.fitted.clone();
+        let linear = Linear::new(fitted, &self.rows, &self.wanted, true, &mut scanned);
+        let Some(linear) = linear else { return Ok(false) };
         for jump in jumps.iter().take(MOST) {
-            let fitted = self.fitted.clone();
-            let linear = Linear::new(fitted, &self.rows, &self.wanted, true, &mut self.scanned);
-            let Some(linear) = linear else { return Ok(false) };
-            let changes = linear.jump(jump);
-            for (change, place) in changes {
+            for (change, place) in linear.jump(jump) {
                 self.fit_change(&linear, &change, &place, jump.seconds)?;
             }
         }
@@ -36,7 +38,9 @@ impl Search<'_> {
 impl Linear {
     /// The changes that a jump is: of the delay of all readings, or of each measurand.
     fn jump(&self, jump: &Jump) -> Vec<(Change, Place)> {
-        let run = self.fitted.problem.run_index(jump.part, jump.run);
+        let problem = &self.fitted.problem;
+        let run = problem.run_index(jump.part, jump.run);
+        let samples: usize = (0..self.order.len()).map(|run| problem.samples_in(run)).sum();
         let blocks = self.candidates.iter().enumerate();
         let timing = blocks.filter_map(|(candidate, one)| {
             let place = one.place.as_ref()?;
@@ -54,9 +58,9 @@ impl Linear {
                 at: (run, jump.samples.start),
                 end: Some(jump.samples.end),
                 gain: Gain::default(),
-                members: jump.samples.end,
+                members: samples,
             };
-            let place = place.within(&self.fitted.problem.run_names()[run], self.extent(&change));
+            let place = place.within(&problem.run_names()[run], self.extent(&change));
             (change, place)
         };
         wanted.into_iter().map(change).collect()
