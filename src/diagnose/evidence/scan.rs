@@ -3,11 +3,10 @@
 //! A line is as narrow as the recordings are long: a fixed grid of members would miss it. So the
 //! grid is made from the signatures themselves (`grid`). The constant is left open in one compiled
 //! program, `TOGETHER` members at once: one pass over the readings serves them all. What nominal
-//! parameters take up only raises a gain, so the `BEST` members by the plain gain are looked at
-//! again with that taken off, and the best is polished between its neighbours; coupling between
-//! values of different runs is left aside. The best is then tested like any other candidate; every
-//! member of the grid is paid for, twice for the polishing. A list of members is looked through in
-//! the same way, as it stands.
+//! parameters take up is taken off each of `FEW` members; of more, off the `BEST` by the plain gain.
+//! The best is polished between its neighbours; coupling between values of different runs is left
+//! aside. The best is then tested like any other candidate; every member of the grid is paid for,
+//! twice for the polishing. A list of members is looked through in the same way, as it stands.
 
 mod grid;
 mod group;
@@ -27,16 +26,22 @@ use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::system::{Selected, System};
 
+use self::grid::NEIGHBOURS;
 use self::opened::opened;
 use super::Nominal;
 use super::sampling::{Sampling, is_frequency, longest_period};
 
-/// Members that are looked at again.
+/// Of many members those that are looked at with what nominal parameters take up taken off.
 const BEST: usize = 40;
+/// Members that are all looked at so: as a pass with the nominal columns costs half as much again, a
+/// choice of the best of them by a pass without would take longer.
+const FEW: usize = 3 * BEST;
 /// Members in one pass over the readings: they share everything but their own columns.
 const TOGETHER: usize = 8;
-/// Passes between the neighbours of the best member.
+/// Passes between the neighbours of the best member, at most, and what another may add to the gain
+/// for it to be worth it.
 const POLISH: usize = 4;
+const WORTH: f64 = 0.01;
 
 /// What was found before: the best member of each family, and the number of members.
 pub type Scanned = HashMap<String, (f64, usize)>;
@@ -76,17 +81,20 @@ pub fn scan_all<'f>(
 fn best_member(fitted: &Fitted, family: &Candidate) -> Option<(f64, usize)> {
     let scan = Scan::new(fitted, family)?;
     let (grid, tried) = scan.tried()?;
-    let plain: Vec<f64> =
-        grid.chunks(TOGETHER).flat_map(|members| scan.added(&scan.alone, members, None)).collect();
     let mut order: Vec<usize> = (0..grid.len()).collect();
-    order.sort_by(|a, b| plain[*b].total_cmp(&plain[*a]));
-    order.truncate(BEST);
-    let again = order.chunks(TOGETHER).flat_map(|members| {
+    if grid.len() > FEW {
+        let plain =
+            grid.chunks(TOGETHER).flat_map(|members| scan.added(&scan.alone, members, None));
+        let plain: Vec<f64> = plain.collect();
+        order.sort_by(|a, b| plain[*b].total_cmp(&plain[*a]));
+        order.truncate(BEST);
+    }
+    let gains = order.chunks(TOGETHER).flat_map(|members| {
         let values: Vec<f64> = members.iter().map(|member| grid[*member]).collect();
         members.iter().copied().zip(scan.gains(&values))
     });
     let (best, gain) =
-        again.reduce(|best, other| if is_better(other, best) { other } else { best })?;
+        gains.reduce(|best, other| if is_better(other, best) { other } else { best })?;
     let value = match scan.members {
         Members::List(_) => grid[best],
         Members::Range { .. } => {
@@ -253,7 +261,13 @@ impl<'a> Scan<'a> {
 
     /// The best value between two members about the best one.
     fn polished(&self, mut low: f64, mut high: f64, mut best: (f64, f64)) -> f64 {
+        let neighbours = high - low;
         for _ in 0..POLISH {
+            // The gain falls by the square of the distance, and to `NEIGHBOURS` at the next.
+            let away = (high - low) / neighbours;
+            if best.1 * (1.0 - NEIGHBOURS) * away.powi(2) < WORTH {
+                break;
+            }
             let part = (high - low) / (TOGETHER + 1) as f64;
             let between: Vec<f64> = (1..=TOGETHER).map(|one| low + part * one as f64).collect();
             for (value, gain) in between.iter().zip(self.gains(&between)) {

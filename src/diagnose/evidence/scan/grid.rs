@@ -6,7 +6,7 @@ use crate::effect::Members;
 use super::{Scan, TOGETHER};
 
 /// Squared cosine between the signatures of neighbours.
-const NEIGHBOURS: f64 = 0.4;
+pub(super) const NEIGHBOURS: f64 = 0.4;
 /// Members at most.
 const MOST: usize = 2_000;
 /// Members of a list that are always tried.
