@@ -28,7 +28,7 @@ pub mod thresholds;
 
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};
-use crate::estimate::batch::{FitError, Options, Outcome};
+use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::contradicted::{Contradicted, against};
 
@@ -123,7 +123,7 @@ fn searched(
     let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable);
     diagnosis.left_out = left_out.clone();
     diagnosis.left_out.extend(spikes.left_out.clone());
-    if diagnosis.nominal.fit.outcome != Outcome::Converged {
+    if !diagnosis.nominal.fit.outcome.is_result() {
         diagnosis.verdict = Verdict::NotConverged;
     }
     if !diagnosis.nominal.is_sound() {

@@ -4,7 +4,7 @@ use crate::engine::layout::Instance;
 use crate::engine::open::Recipe;
 use crate::engine::point::NamedValue;
 use crate::engine::{Point, Problem};
-use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
+use crate::estimate::batch::{Fit, FitError, Options, fit};
 use crate::system::Selected;
 
 /// The campaigns with some effects, fitted.
@@ -21,7 +21,7 @@ pub struct Fitted {
 impl Fitted {
     /// Whether the fit can be built on.
     pub fn is_sound(&self) -> bool {
-        self.fit.outcome == Outcome::Converged
+        self.fit.outcome.is_result()
     }
 
     /// The same campaigns with one more effect, fitted from here. `None` where the effect fits no

@@ -23,6 +23,8 @@ pub const BORROWED: f64 = 1.5;
 pub const OWN_SHARE: f64 = 0.12;
 /// Gain from which a row is too strong for the test of [`OWN_SHARE`].
 pub const OWN_SHARE_BELOW: f64 = 900.0;
+/// Chi squared of the values of a row beside whole blocks, below which they are consistent with zero.
+pub const ZERO: f64 = 9.0;
 /// Log Bayes factor of separate values of a row by setup, angle, rate or sense, from which it is not one
 /// cause.
 pub const APART: f64 = 2.5;

@@ -69,12 +69,16 @@ impl Default for Options {
 
 /// Where no step helps any more, a way left below this part of the standard uncertainties is none.
 const SETTLED: f64 = 1e-3;
+/// ... and one below this part of them small beside them, where the model jumps.
+const NEAR: f64 = 0.2;
 
 /// How a fit ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Outcome {
     /// The unknowns settled.
     Converged,
+    /// No step helped, near to the solution.
+    Near,
     /// No step helped.
     Stalled,
     /// Out of iterations.
@@ -83,11 +87,23 @@ pub enum Outcome {
     NotFinite,
 }
 
+impl Outcome {
+    /// Whether the numbers are a solution.
+    pub fn is_result(self) -> bool {
+        matches!(self, Self::Converged | Self::Near)
+    }
+}
+
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Converged => {
                 "The fit converged: what is left to go is far below the standard uncertainties."
+            }
+            Self::Near => {
+                "The fit ended less than a fifth of the standard uncertainties from its solution: \
+                 the model jumps there, as with the sign of a noisy rate. Smoother signals \
+                 (`smooth`) may help."
             }
             Self::Stalled => {
                 "The fit stalled: no step lowers the sum of squares any more, but the unknowns \
@@ -230,8 +246,11 @@ pub fn fit<P: LeastSquares>(
             // Readings have a rounding of their own (an angle of 1 rad against an uncertainty of 1
             // µrad leaves ten digits), so the cost may stop to tell steps apart before they are
             // tiny.
-            here.outcome =
-                if here.remaining <= SETTLED { Outcome::Converged } else { Outcome::Stalled };
+            here.outcome = match here.remaining {
+                left if left <= SETTLED => Outcome::Converged,
+                left if left <= NEAR => Outcome::Near,
+                _ => Outcome::Stalled,
+            };
             return Ok(here);
         };
         (point, known) = found;

@@ -130,9 +130,7 @@ pub enum Refused {
 impl Calibration {
     /// Whether the numbers can be used: converged, and all is determined.
     pub fn is_sound(&self) -> bool {
-        self.unobservable.is_empty()
-            && self.refused.is_empty()
-            && self.fit.outcome == Outcome::Converged
+        self.unobservable.is_empty() && self.refused.is_empty() && self.fit.outcome.is_result()
     }
 
     /// Number of unknowns.
@@ -228,7 +226,7 @@ impl Calibration {
 pub fn calibrate(mut problem: Problem, options: &Options) -> Result<Calibration, FitError> {
     let (point, aligned) = start(&problem);
     let (mut fit, mut levels) = fit_with_levels(&mut problem, point, options)?;
-    if fit.outcome == Outcome::Converged && problem.count_smoothing(&fit.point) {
+    if fit.outcome.is_result() && problem.count_smoothing(&fit.point) {
         let before = fit.iterations;
         (fit, levels) = fit_with_levels(&mut problem, fit.point, options)?;
         fit.iterations += before;
@@ -344,7 +342,7 @@ fn outside_range(problem: &Problem, fit: &Fit<Point>) -> Vec<Refused> {
     let mut found: Vec<Refused> = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         let range = part.delay_range;
-        if range == USUAL || fit.outcome != Outcome::Converged {
+        if range == USUAL || !fit.outcome.is_result() {
             continue;
         }
         for used in &problem.layout.used[p] {

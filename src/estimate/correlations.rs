@@ -39,7 +39,7 @@ pub struct Correlated {
 /// The covariance of the estimates; `None` where the fit is no result, or there are more than
 /// [`MOST`].
 pub fn covariance_of_estimates(result: &Calibration) -> Option<Covariance> {
-    if result.fit.outcome != crate::estimate::batch::Outcome::Converged {
+    if !result.fit.outcome.is_result() {
         return None;
     }
     let layout = &result.problem.layout;

@@ -13,7 +13,7 @@ use crate::engine::gram::LeastSquares;
 use crate::engine::open::Recipe;
 use crate::engine::{Point, Problem};
 use crate::estimate::arrow::normal_matrix;
-use crate::estimate::batch::{Options, Outcome};
+use crate::estimate::batch::Options;
 use crate::estimate::calibrate::calibrate;
 use crate::estimate::eigen;
 use crate::estimate::nested::without;
@@ -60,7 +60,7 @@ pub fn choose(
     let Ok(nominal) = calibrate(without(&problem, effects), &Options::default()) else {
         return Ok((problem, Vec::new()));
     };
-    if nominal.fit.outcome != Outcome::Converged {
+    if !nominal.fit.outcome.is_result() {
         return Ok((problem, Vec::new()));
     }
     let point = nominal.fit.point;

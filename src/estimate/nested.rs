@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use crate::effect::{PatchLine, Target};
 use crate::engine::part::Part;
 use crate::engine::problem::Problem;
-use crate::estimate::batch::{FitError, Options, Outcome};
+use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, Refused, calibrate, calibrate_from};
 
 /// How far chi squared may lie above that of the smaller model, as a part of it: rounding.
@@ -35,23 +35,22 @@ pub fn against_nominal(
     let without = calibrate(without(&result.problem, effects), options)?;
     let is_worse = |with: &Calibration| {
         let cost = without.fit.cost;
-        with.fit.outcome != Outcome::Converged
-            || with.fit.cost > cost + (ROUNDING * cost).max(LEAST)
+        !with.fit.outcome.is_result() || with.fit.cost > cost + (ROUNDING * cost).max(LEAST)
     };
-    if without.fit.outcome != Outcome::Converged || !is_worse(&result) {
+    if !without.fit.outcome.is_result() || !is_worse(&result) {
         return Ok(result);
     }
     // Both have the same instances in the same order.
     let again = calibrate_from(result.problem.clone(), without.fit.point.clone(), options)?;
-    let settles = again.fit.outcome == Outcome::Converged;
+    let settles = again.fit.outcome.is_result();
     let is_better =
-        settles && (result.fit.outcome != Outcome::Converged || again.fit.cost < result.fit.cost);
+        settles && (!result.fit.outcome.is_result() || again.fit.cost < result.fit.cost);
     let mut best = if is_better {
         Calibration { aligned: result.aligned, held: result.held, ..again }
     } else {
         result
     };
-    if best.fit.outcome == Outcome::Converged && is_worse(&best) {
+    if best.fit.outcome.is_result() && is_worse(&best) {
         let chi_squared = [best.fit.cost, without.fit.cost];
         best.refused.push(Refused::Worse { effects: effects.to_vec(), chi_squared });
     }

@@ -12,7 +12,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::engine::{Point, Problem};
-use crate::estimate::batch::{FitError, Options, Outcome, fit};
+use crate::estimate::batch::{FitError, Options, fit};
 use crate::estimate::residuals::{Far, Residuals, leave_out, samples, seen_from};
 
 /// Such a fit.
@@ -47,7 +47,7 @@ pub(crate) fn trimmed_fit(
         now.rest = problem.clone();
         now.seen.iter().zip(&far).for_each(|(one, far)| leave_out(&mut now.rest, one.of(), far));
         let fitted = fit(&mut now.rest, now.point, options)?;
-        now.converged &= fitted.outcome == Outcome::Converged;
+        now.converged &= fitted.outcome.is_result();
         (now.point, out) = (fitted.point, new);
         now.seen = seen_from(problem, &now.point);
     }
@@ -86,7 +86,7 @@ fn fit_without(
     let mut rest = problem.clone();
     rest.leave_out_samples(out);
     let fitted = fit(&mut rest, point.clone(), options).ok()?;
-    (fitted.outcome == Outcome::Converged).then_some((fitted.point, rest))
+    (fitted.outcome.is_result()).then_some((fitted.point, rest))
 }
 
 /// Samples of campaigns that are few enough for other starts to be fits to some samples here and

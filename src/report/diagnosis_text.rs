@@ -144,6 +144,7 @@ fn because(objection: &Objection) -> String {
         Objection::Pair(other, _) => {
             format!("one unmodelled effect in the place of it and `{other}` fits about as well")
         }
+        Objection::NotConverged => "the fit with it does not converge".to_owned(),
     }
 }
 

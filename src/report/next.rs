@@ -8,7 +8,7 @@ use crate::estimate::conventions::Mistaken;
 use crate::report::conventions::{is_doubtful, text_for};
 use crate::report::figure;
 use crate::report::left_out;
-use crate::report::rows_text::family_unit;
+use crate::report::rows_text::{family_unit, listed};
 
 /// What was asked for, as it was typed, and what is known beside the diagnosis.
 #[derive(Clone, Copy, Debug)]
@@ -119,7 +119,7 @@ fn of_remainder(diagnosis: &Diagnosis, leaves_out: bool) -> String {
         one.gain.gain > 0.0 && one.change.is_none() && one.place.is_of_an_effect()
     };
     let mut steps = Vec::new();
-    if let Some(part) = diagnosis.remainder.iter().find(|one| one.change.is_some()) {
+    if let Some(part) = listed(diagnosis).find(|one| one.change.is_some()) {
         let run = part.place.run.as_deref().unwrap_or_default();
         let rows = match part.place.rows {
             None => String::new(),

@@ -21,6 +21,15 @@ const SMALL: f64 = 0.01;
 const LARGE: f64 = 25.0;
 const MOST: usize = 6;
 
+/// The parts of the remainder that stand in the table.
+pub(super) fn listed(diagnosis: &Diagnosis) -> impl Iterator<Item = &Remainder> {
+    let is_listed = |(number, one): &(usize, &Remainder)| {
+        let is_large = *number < MOST && one.gain.noncentrality() >= LARGE;
+        *number == 0 || one.share >= SMALL || is_large
+    };
+    diagnosis.remainder.iter().enumerate().filter(is_listed).map(|(_, one)| one)
+}
+
 /// The budget of the gap: rows and the remainder.
 pub(super) fn budget(diagnosis: &Diagnosis) -> String {
     if diagnosis.rows.is_empty() && diagnosis.remainder.is_empty() {
@@ -37,13 +46,9 @@ pub(super) fn budget(diagnosis: &Diagnosis) -> String {
             remarks(one),
         ]);
     }
-    let mut small = 0;
-    for (number, one) in diagnosis.remainder.iter().enumerate() {
-        let is_large = number < MOST && one.gain.noncentrality() >= LARGE;
-        if number > 0 && one.share < SMALL && !is_large {
-            small += 1;
-            continue;
-        }
+    let listed: Vec<&Remainder> = listed(diagnosis).collect();
+    let small = diagnosis.remainder.len() - listed.len();
+    for one in listed {
         rows.add_row([
             "remainder".to_owned(),
             size(diagnosis, one),

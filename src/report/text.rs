@@ -57,7 +57,7 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
     text.push_str(&stated(&contradicted(result)));
     let estimates = result.estimates();
     text.push_str(&linear_range::text(&beyond_range(&result.problem, &estimates)));
-    let has_settled = result.fit.outcome == Outcome::Converged;
+    let has_settled = result.fit.outcome.is_result();
     let header: &[&str] = if has_settled {
         &["parameter", "of", "value", "u (k=1)"]
     } else {
@@ -150,8 +150,10 @@ pub(crate) fn residual_unit(size: f64, declared: &Unit) -> Unit {
 /// What keeps the numbers from being used; empty if nothing does.
 pub fn trouble(result: &Calibration) -> String {
     let mut text = String::new();
-    if result.fit.outcome != Outcome::Converged {
+    if !result.fit.outcome.is_result() {
         text.push_str(&format!("\nno result: {}\n", result.fit.outcome));
+    } else if result.fit.outcome == Outcome::Near {
+        text.push_str(&format!("{}\n", result.fit.outcome));
     }
     text.push_str(&held(result));
     for one in &result.refused {

@@ -17,6 +17,7 @@ mod stream;
 
 mod apart_by_chance;
 mod backlash;
+mod beside_remainder;
 mod budget;
 mod bursts;
 mod clock_steps;
@@ -55,4 +56,5 @@ mod unknown;
 mod values_of_runs;
 mod variants;
 mod waves_over_time;
+mod weak_noise;
 mod written;

@@ -106,11 +106,12 @@ fn a_rotation_is_found_from_half_a_turn_away() {
     insta::assert_snapshot!(format!("{} {}", found.iterations, found.evaluations), @"8 8");
 }
 
-/// A model that is undefined beyond `edge`, and one that jumps where its derivative says "go on".
+/// A model that is undefined beyond `edge`, and one that jumps beyond a point where its derivative says
+/// "go on".
 struct Awkward {
     columns: Columns,
     edge: f64,
-    jump: bool,
+    jump: Option<f64>,
 }
 
 impl LeastSquares for Awkward {
@@ -127,7 +128,7 @@ impl LeastSquares for Awkward {
     }
     fn normal(&self, x: &f64) -> Normal {
         let residual = if *x > self.edge { f64::NAN } else { 10.0 - x };
-        let jump = if self.jump && *x > 0.0 { 10.0 } else { 0.0 };
+        let jump = if self.jump.is_some_and(|at| *x > at) { 10.0 } else { 0.0 };
         let rows = DMatrix::from_row_slice(2, 2, &[1.0, residual, 0.0, jump]);
         let gram = rows.tr_mul(&rows);
         let runs = vec![RunGram { gram, readings: 1 }];
@@ -146,12 +147,17 @@ fn poor_ends_are_named() {
         let options = Options { max_iterations, ..Options::default() };
         fit(&mut problem, start, &options).unwrap()
     };
-    assert_eq!(end(awkward(20.0, false), 0.0, 100).outcome, Outcome::Converged);
-    assert_eq!(end(awkward(5.0, false), 6.0, 100).outcome, Outcome::NotFinite);
-    assert_eq!(end(awkward(20.0, false), 0.0, 1).outcome, Outcome::IterationLimit);
-    let stalled = end(awkward(20.0, true), 0.0, 100);
+    assert_eq!(end(awkward(20.0, None), 0.0, 100).outcome, Outcome::Converged);
+    assert_eq!(end(awkward(5.0, None), 6.0, 100).outcome, Outcome::NotFinite);
+    assert_eq!(end(awkward(20.0, None), 0.0, 1).outcome, Outcome::IterationLimit);
+    let stalled = end(awkward(20.0, Some(0.0)), 0.0, 100);
     assert_eq!((stalled.outcome, stalled.point), (Outcome::Stalled, 0.0));
-    let at_the_edge = end(awkward(5.0, false), 0.0, 100);
+    // The solution is at 10; its standard uncertainty is 1.
+    let near = end(awkward(20.0, Some(9.9)), 9.9, 100);
+    assert_eq!((near.outcome, near.point), (Outcome::Near, 9.9));
+    assert!((near.remaining - 0.1).abs() < 1e-9 && near.outcome.is_result());
+    assert!(!stalled.outcome.is_result());
+    let at_the_edge = end(awkward(5.0, None), 0.0, 100);
     assert_eq!(at_the_edge.outcome, Outcome::Stalled);
     assert!(at_the_edge.point > 4.9 && at_the_edge.point <= 5.0, "{}", at_the_edge.point);
     assert!(stalled.outcome.to_string().starts_with("The fit stalled: no step lowers"));

@@ -1,4 +1,4 @@
-//! When a row stands: seven conditions, each with its reason.
+//! When a row stands: eight conditions, each with its reason.
 //!
 //! A row is judged beside all the structure there is: basis blocks enter until none has the
 //! evidence. The row that fails with the least held-out drop goes and does not come back; then the
@@ -13,7 +13,7 @@ use super::pieces::Pieces;
 use super::search::{Log, MOST, Pools};
 use super::selection::Selection;
 use super::selection::exchange::Exchange;
-use super::terms::{Term, without};
+use super::terms::Term;
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::thresholds::{
     APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, LONE_MARGIN,
@@ -146,7 +146,7 @@ impl Selection<'_> {
             } else if gain < least {
                 Some(Objection::Small(gain.sqrt()))
             } else if !is_own && rest > 0.0 && gain > BORROWED * without_blocks[row].gain {
-                // Whether blocks do as well as a cause that a user suspects is condition 6.
+                // Whether blocks do as well as a cause that a user suspects is condition 7.
                 Some(Objection::Borrowed)
             } else if rest > 0.0 && gain < OWN_SHARE_BELOW {
                 let share = self.own_share(model, *at);
@@ -155,6 +155,13 @@ impl Selection<'_> {
                 None
             };
             objections.extend(objection.map(|one| (row, one)));
+        }
+        if objections.is_empty() {
+            let lost = self.lost_in_remainder(model, &gains);
+            objections.extend(rows.iter().enumerate().filter_map(|(row, at)| {
+                let share = lost.get(at)? / gains[*at].gain;
+                Some((row, Objection::WithinRemainder(share)))
+            }));
         }
         let total = self.chi_squared(&[]) - self.chi_squared(model);
         if objections.is_empty() {
@@ -227,27 +234,6 @@ impl Selection<'_> {
         }
         let worst = objections.into_iter().min_by(|a, b| drops[a.0].total_cmp(&drops[b.0]));
         worst.map(|(row, objection)| (model[rows[row]], objection))
-    }
-
-    /// A block that takes the form of a row, and without which the evidence is no less.
-    fn needless_beside(&self, model: &[usize], row: usize) -> Option<usize> {
-        let evidence = self.ln_evidence(model);
-        let rest = without(model, row);
-        let blocks = rest.iter().copied().filter(|term| !self.terms[*term].is_effect());
-        let left = self.form_left(&rest, model, row);
-        let mut best: Option<(f64, usize)> = None;
-        for block in blocks {
-            let without = without(&rest, block);
-            if self.form_left(&without, model, row) < 2.0 * left {
-                continue;
-            }
-            let with_row = [without, vec![row]].concat();
-            let own = self.ln_evidence(&with_row) - evidence;
-            if own > -TIE && best.is_none_or(|(known, _)| own > known) {
-                best = Some((own, block));
-            }
-        }
-        best.map(|(_, block)| block)
     }
 
     /// Log evidence of the model with blocks in the place of some rows, and that of such models with

@@ -12,9 +12,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 
 use crate::diagnose::budget::linear::Linear;
-use crate::diagnose::budget::noise::{Component, components};
+use crate::diagnose::budget::noise::{Component, Outlier, components};
 use crate::diagnose::budget::selection::Selection;
-use crate::diagnose::thresholds::NEIGHBOURS;
+use crate::diagnose::thresholds::{LONE_OUTLIER, NEIGHBOURS};
 use crate::engine::Problem;
 use crate::statistics::robust;
 
@@ -25,6 +25,8 @@ const LEAST: usize = 30;
 /// Robust standard deviations beyond which residuals count as if they were there: a few large ones
 /// decide nothing.
 const FAR: f64 = 2.0;
+/// Share of an outlier's residual from which its neighbour has it, too.
+const SHARED: f64 = 0.3;
 /// Samples of a run that are neighbours in time.
 const NEAR_IN_TIME: usize = 3;
 
@@ -44,15 +46,47 @@ pub fn of_inputs(linear: &Linear, selection: &Selection<'_>, model: &[usize]) ->
     let mut places: BTreeMap<usize, Places> = BTreeMap::new();
     for ((part, measurand, _), runs) in components(linear, selection, model, &mut |_, _| {}) {
         let places = places.entry(part).or_insert_with(|| places_of(problem, part));
-        let Some((score, rms)) = alike(&runs, problem.layout.first_run[part], places) else {
-            continue;
-        };
+        let readings = readings_of(&runs, problem.layout.first_run[part], places);
+        let Some((score, rms)) = alike(&readings) else { continue };
         let is_new = found.last().is_none_or(|one| one.measurand != measurand);
         if score > NEIGHBOURS && is_new {
             found.push(OfInputs { measurand, rms });
         }
     }
     found
+}
+
+/// Takes out of outliers those of which the nearest reading has a share, and those that are not far out
+/// by themselves, where the residuals of a model depend on inputs together: these are no outliers but a
+/// form that the model lacks.
+pub fn without_shared(
+    outliers: &mut Vec<Outlier>,
+    linear: &Linear,
+    selection: &Selection<'_>,
+    model: &[usize],
+) {
+    if outliers.is_empty() {
+        return;
+    }
+    let problem = &linear.fitted.problem;
+    for ((part, measurand, _), runs) in components(linear, selection, model, &mut |_, _| {}) {
+        if outliers.iter().all(|one| one.at.2 != measurand) {
+            continue;
+        }
+        let places = places_of(problem, part);
+        let readings = readings_of(&runs, problem.layout.first_run[part], &places);
+        if alike(&readings).is_none_or(|(score, _)| score <= NEIGHBOURS) {
+            continue;
+        }
+        outliers.retain(|one| {
+            let (run, sample, own) = one.at;
+            let placed = readings.iter().find(|reading| reading.0 == (run, sample));
+            let Some(outlier) = placed.filter(|_| own == measurand) else { return true };
+            let is_shared =
+                |at: usize| readings[at].1 / outlier.1 >= SHARED || one.deviations <= LONE_OUTLIER;
+            !nearest(outlier, &readings, 1).is_some_and(is_shared)
+        });
+    }
 }
 
 /// For each run and sample its coordinates.
@@ -100,34 +134,45 @@ fn places_of(problem: &Problem, part: usize) -> Places {
 /// A reading: its run and sample, its residual, and its place.
 type Reading<'a> = ((usize, usize), f64, &'a [f64]);
 
-/// The standard score of products of neighbours' residuals, and the root of their mean; `None` of few
-/// readings, and where nothing varies.
-fn alike(runs: &Component, first_run: usize, places: &Places) -> Option<(f64, f64)> {
+/// The readings of a component that have a place.
+fn readings_of<'a>(runs: &Component, first_run: usize, places: &'a Places) -> Vec<Reading<'a>> {
     let all = runs.iter().flat_map(|(run, values)| values.iter().map(move |one| (*run, one)));
-    let stride = runs.values().map(Vec::len).sum::<usize>().div_ceil(MOST).max(1);
     let placed = |(run, (sample, _, residual)): (usize, &(usize, f64, f64))| {
         let place = places.get(run - first_run)?.get(*sample)?.as_slice();
         place.iter().all(|x| x.is_finite()).then_some(((run, *sample), *residual, place))
     };
-    let readings: Vec<Reading<'_>> = all.step_by(stride).filter_map(placed).collect();
+    all.filter_map(placed).collect()
+}
+
+/// The index of the reading that is nearest to one and not beside it in time; one of so many samples of
+/// a run is among them.
+fn nearest(one: &Reading<'_>, readings: &[Reading<'_>], stride: usize) -> Option<usize> {
+    let far_in_time = |other: &Reading<'_>| {
+        one.0.0 != other.0.0 || one.0.1.abs_diff(other.0.1) >= NEAR_IN_TIME * stride
+    };
+    let distance = |other: &Reading<'_>| -> f64 {
+        one.2.iter().zip(other.2).map(|(x, y)| (x - y).powi(2)).sum()
+    };
+    let others = readings.iter().enumerate().filter(|(_, other)| far_in_time(other));
+    let by_distance = others.map(|(at, other)| (distance(other), at));
+    Some(by_distance.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
+}
+
+/// The standard score of products of neighbours' residuals, and the root of their mean; `None` of few
+/// readings, and where nothing varies.
+fn alike(readings: &[Reading<'_>]) -> Option<(f64, f64)> {
+    let stride = readings.len().div_ceil(MOST).max(1);
+    let readings: Vec<Reading<'_>> = readings.iter().step_by(stride).copied().collect();
     if readings.len() < LEAST {
         return None;
     }
-    let far_in_time = |one: &Reading<'_>, other: &Reading<'_>| {
-        one.0.0 != other.0.0 || one.0.1.abs_diff(other.0.1) >= NEAR_IN_TIME * stride
-    };
-    let distance = |one: &Reading<'_>, other: &Reading<'_>| -> f64 {
-        one.2.iter().zip(other.2).map(|(x, y)| (x - y).powi(2)).sum()
-    };
-    let nearest = |(i, one): (usize, &Reading<'_>)| {
-        let others = readings.iter().enumerate().filter(|(_, other)| far_in_time(one, other));
-        let by_distance = others.map(|(j, other)| (distance(one, other), j));
-        let (_, j) = by_distance.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let pair = |(i, one): (usize, &Reading<'_>)| {
+        let j = nearest(one, &readings, stride)?;
         Some((i.min(j), i.max(j)))
     };
     // Two may be the nearest of each other.
     let pairs: BTreeSet<(usize, usize)> =
-        readings.par_iter().enumerate().filter_map(nearest).collect();
+        readings.par_iter().enumerate().filter_map(pair).collect();
     let products = |most: f64| {
         let of = move |reading: &Reading<'_>| reading.1.clamp(-most, most);
         pairs.iter().map(|(i, j)| of(&readings[*i]) * of(&readings[*j])).collect::<Vec<f64>>()

@@ -80,16 +80,7 @@ pub fn noise(
             timed.push(((row.run, row.sample), row.measurand, of_time));
         }
     });
-    let mut found = NoiseFound::default();
-    for ((_, measurand, _), runs) in &components {
-        found.outliers.extend(outliers(*measurand, runs));
-    }
-    // A reading of several components is left out once.
-    found.outliers.sort_by(|a, b| a.at.cmp(&b.at).then(b.deviations.total_cmp(&a.deviations)));
-    found.outliers.dedup_by_key(|one| one.at);
-    if found.outliers.len() < OUTLIERS {
-        found.outliers.retain(|one| one.deviations > LONE_OUTLIER);
-    }
+    let mut found = NoiseFound { outliers: outliers(&components), ..NoiseFound::default() };
     let is_among = |outliers: &[Outlier], at: (usize, usize, usize)| {
         outliers.binary_search_by_key(&at, |one| one.at).is_ok()
     };
@@ -128,17 +119,25 @@ fn delay_columns(linear: &Linear, selection: &Selection<'_>) -> Vec<usize> {
     (0..nominal.len()).filter(is_delay).collect()
 }
 
-/// Readings beyond [`NOISE`] robust standard deviations.
-fn outliers(measurand: usize, runs: &Component) -> Vec<Outlier> {
-    let deviation = robust(runs.values().flatten().map(|one| &one.2)).unwrap_or(0.0);
+/// Readings beyond [`NOISE`] robust standard deviations of their component, in order.
+fn outliers(components: &Components) -> Vec<Outlier> {
     let mut found = Vec::new();
-    for (run, values) in runs {
-        for (sample, _, value) in values {
-            if value.abs() > NOISE * deviation && deviation > 0.0 {
-                let deviations = value.abs() / deviation;
-                found.push(Outlier { at: (*run, *sample, measurand), deviations });
+    for ((_, measurand, _), runs) in components {
+        let deviation = robust(runs.values().flatten().map(|one| &one.2)).unwrap_or(0.0);
+        for (run, values) in runs {
+            for (sample, _, value) in values {
+                if value.abs() > NOISE * deviation && deviation > 0.0 {
+                    let deviations = value.abs() / deviation;
+                    found.push(Outlier { at: (*run, *sample, *measurand), deviations });
+                }
             }
         }
+    }
+    // A reading of several components is left out once.
+    found.sort_by(|a, b| a.at.cmp(&b.at).then(b.deviations.total_cmp(&a.deviations)));
+    found.dedup_by_key(|one| one.at);
+    if found.len() < OUTLIERS {
+        found.retain(|one| one.deviations > LONE_OUTLIER);
     }
     found
 }
@@ -155,16 +154,25 @@ fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]>) -> Option<(f64, f64)>
     (weights > 0.0 && score > NOISE).then(|| (products / weights, score))
 }
 
-/// The Gauss-Markov part of a component's residuals, where neighbours are correlated.
+/// The Gauss-Markov part of a component's residuals, where they are correlated.
 fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
-    let lagged = |lag: usize| {
-        let of_run = |own: &Vec<(usize, f64, f64)>| {
-            own.iter().zip(own.iter().skip(lag)).map(|(a, b)| a.2 * b.2).sum::<f64>()
+    let values = || runs.values().map(|own| own.iter().map(|one| one.2).collect::<Vec<f64>>());
+    let longest = values().map(|own| own.len()).max().unwrap_or(0);
+    let squares: f64 = values().flatten().map(|value| value * value).sum();
+    let count: usize = values().map(|own| own.len()).sum();
+    // Products of different residuals of stretches of so many: of white noise their sum has the
+    // standard deviation of one product times the root of their number.
+    let score = |length: usize| {
+        let of_stretch = |own: &[f64]| {
+            let sum = own.iter().sum::<f64>().powi(2) - own.iter().map(|x| x * x).sum::<f64>();
+            [0.5 * sum, 0.5 * (own.len() * (own.len() - 1)) as f64]
         };
-        runs.values().map(of_run).sum::<f64>()
+        let of_run = |own: Vec<f64>| own.chunks(length).map(of_stretch).collect::<Vec<_>>();
+        let sums = values().flat_map(of_run).fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        sums[0] * count as f64 / (squares * sums[1].sqrt())
     };
-    let count: usize = runs.values().map(Vec::len).sum();
-    let is_alike = lagged(1) * (count as f64).sqrt() > NOISE * lagged(0);
+    let lengths = std::iter::successors(Some(2), |length| Some(2 * length));
+    let is_alike = lengths.take_while(|one| 2 * one <= longest).any(|one| score(one) > NOISE);
     if is_alike { gauss_markov(runs).map(|(noise, _)| noise) } else { None }
 }
 

@@ -6,7 +6,7 @@
 //! each with its price: that of the rows with such noise against that of the rows with the blocks
 //! and white noise.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::linear::Linear;
 use super::noise::{Component, Components, components, gauss_markov};
@@ -21,6 +21,8 @@ const LEAST_OF_COMPONENT: usize = 50;
 /// Log likelihood beyond which noise is autocorrelated at all: five standard deviations, and the
 /// price of two values.
 const SURE: f64 = 20.0;
+/// The same of a component beside another one of which that is sure.
+const LIKELY: f64 = ENTER;
 /// Standard deviation of the logarithm of that from `n` readings, times `√n`.
 const SCATTER: f64 = 1.17;
 /// Change points that are tried beside autocorrelated noise.
@@ -59,10 +61,10 @@ pub fn instead_of_blocks(
     };
     let with_changes = those(&|term| term.is_effect() || term.change.is_some());
     let rows = those(&Term::is_effect);
-    // Without blocks autocorrelation is looked for in what is left in the end.
-    let has_blocks = model.len() > with_changes.len() && !problem.has_memory();
+    // Without structure autocorrelation is looked for in what is left in the end.
+    let has_structure = model.len() > rows.len() && !problem.has_memory();
     let has_own_levels = problem.parts.iter().any(|part| !part.run_levels.is_empty());
-    if !has_blocks && has_own_levels {
+    if !has_structure && has_own_levels {
         return None;
     }
     let mut best: Option<(f64, Instead)> = None;
@@ -72,7 +74,7 @@ pub fn instead_of_blocks(
         }
     };
     let mut all_kept = vec![(with_changes.clone(), 0.0)];
-    if has_blocks {
+    if has_structure {
         all_kept.extend(with_one_change(selection, model, &rows));
         all_kept.extend(with_the_strongest(selection, model, &rows));
         all_kept.push((rows, 0.0));
@@ -83,7 +85,7 @@ pub fn instead_of_blocks(
         let groups = by_blocks(selection, &of_rows, model, kept);
         let by_blocks: f64 = groups.iter().map(|one| one.gained).sum();
         let residuals = components(linear, &of_rows, kept, &mut |_, _| {});
-        if has_blocks {
+        if has_structure {
             // What blocks explain in one measurand is no noise because that of another one is.
             let all = autocorrelated(&residuals);
             let (mut gained, mut beyond, mut found) = (0.0, 0.0, Vec::new());
@@ -193,16 +195,21 @@ fn by_blocks(
 /// Gauss-Markov noise of the components of each measurand, and by how much it raises the log
 /// likelihood, less its price.
 fn autocorrelated(components: &Components) -> BTreeMap<usize, (f64, Vec<OfComponent>)> {
-    let mut all: BTreeMap<usize, (f64, Vec<OfComponent>)> = BTreeMap::new();
-    for ((part, measurand, row), runs) in components {
+    let of_component = |((part, measurand, row), runs): (&(usize, usize, usize), &Component)| {
         let count: usize = runs.values().map(Vec::len).sum();
-        let found = gauss_markov(runs).filter(|_| count >= LEAST_OF_COMPONENT);
-        let Some((noise, own)) = found else { continue };
-        let own = own - (count as f64).ln();
-        if own > SURE {
-            let (gained, found) = all.entry(*measurand).or_default();
+        let (noise, own) = gauss_markov(runs).filter(|_| count >= LEAST_OF_COMPONENT)?;
+        Some((*measurand, (*part, *row, noise), own - (count as f64).ln()))
+    };
+    let found: Vec<(usize, OfComponent, f64)> =
+        components.iter().filter_map(of_component).collect();
+    let sure: BTreeSet<usize> =
+        found.iter().filter(|one| one.2 > SURE).map(|(_, (part, ..), _)| *part).collect();
+    let mut all: BTreeMap<usize, (f64, Vec<OfComponent>)> = BTreeMap::new();
+    for (measurand, noise, own) in found {
+        if sure.contains(&noise.0) && own > LIKELY {
+            let (gained, found) = all.entry(measurand).or_default();
             *gained += own;
-            found.push((*part, *row, noise));
+            found.push(noise);
         }
     }
     all

@@ -53,7 +53,7 @@ impl Place {
 
     /// Of something that is too small for a name, and like an effect.
     pub(in crate::diagnose) fn like(effect: &str) -> Self {
-        let words = format!("something small that is like `{effect}`");
+        let words = format!("something like `{effect}`");
         Self::new(Of::Channel(effect.to_owned()), SMALL, words)
     }
 

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use crate::diagnose::found::NoReading;
 use crate::engine::Part;
 use crate::engine::part::Slot;
-use crate::estimate::batch::{Options, Outcome};
+use crate::estimate::batch::Options;
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::residuals::{Residuals, seen_from};
 use crate::statistics::{median_size, robust};
@@ -50,7 +50,7 @@ pub(super) fn without_codes(whole: &Calibration, options: &Options) -> Cleaned {
 /// the others, or has levels of its own, which grow with what is left.
 fn is_in_doubt(whole: &Calibration) -> bool {
     let has_outlier = |one: &Residuals| has_beyond(one, OUTLIER);
-    whole.fit.outcome != Outcome::Converged
+    !whole.fit.outcome.is_result()
         || is_spoilt(whole)
         || !whole.levels.is_empty()
         || seen_from(&whole.problem, &whole.fit.point).iter().any(has_outlier)

@@ -4,7 +4,7 @@
 use crate::campaign::record::Change;
 use crate::diagnose::found::LeftOut;
 use crate::engine::{Point, Problem};
-use crate::estimate::batch::{FitError, Options, Outcome};
+use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::limits::{without_outliers_at, without_wrong_at};
@@ -28,11 +28,11 @@ const SPOILT_WITHOUT: f64 = 4.0;
 /// Leaves out what keeps the nominal fit from settling, and fits again: outliers, or what is
 /// an outlier where the fit settles once a run or two are left out. `None` where it settles.
 pub(super) fn settled(whole: &Calibration, options: &Options) -> Cleaned {
-    if whole.fit.outcome == Outcome::Converged {
+    if whole.fit.outcome.is_result() {
         return Ok(None);
     }
     let (nominal, left_out) = peeled(whole.clone(), LeftOut::default(), options)?;
-    if nominal.fit.outcome != Outcome::Converged
+    if !nominal.fit.outcome.is_result()
         && let Some(found) = without_wrong(&whole.problem, None, options)?
     {
         return Ok(Some(found));
@@ -72,7 +72,7 @@ fn peeled(
     options: &Options,
 ) -> Result<(Calibration, LeftOut), FitError> {
     for _ in 0..PEELS {
-        if nominal.fit.outcome == Outcome::Converged {
+        if nominal.fit.outcome.is_result() {
             break;
         }
         let (rest, found) = without_outliers_at(&nominal.problem, &nominal.fit.point);
@@ -104,7 +104,7 @@ fn without_runs(
         let mut found = Vec::new();
         for (p, run) in &runs {
             let fit = calibrate(without(&rest, *p, *run), options)?;
-            let settles = fit.fit.outcome == Outcome::Converged;
+            let settles = fit.fit.outcome.is_result();
             let factor = fit.variance_factor().filter(|factor| factor.is_finite());
             found.extend(factor.map(|factor| (factor, settles, (*p, *run), fit.fit.point)));
         }

@@ -4,7 +4,7 @@
 use crate::diagnose::budget::in_fit::effect_of;
 use crate::diagnose::budget::judge::Objection;
 use crate::diagnose::budget::linear::Linear;
-use crate::diagnose::budget::neighbours::of_inputs;
+use crate::diagnose::budget::neighbours::without_shared;
 use crate::diagnose::budget::noise::{Outlier, leave_out, noise};
 use crate::diagnose::budget::noise_or_blocks::OfRun;
 use crate::diagnose::budget::terms::{Term, without};
@@ -28,11 +28,7 @@ impl Search<'_> {
         let whole = self.with_all_readings(linear);
         let all = whole.as_ref().unwrap_or(linear);
         let mut found = noise(all, &selection, &judged.model, &self.outliers);
-        if !found.outliers.is_empty() {
-            // What neighbours have in common is no outlier.
-            let alike = of_inputs(all, &selection, &judged.model);
-            found.outliers.retain(|one| alike.iter().all(|own| own.measurand != one.at.2));
-        }
+        without_shared(&mut found.outliers, all, &selection, &judged.model);
         drop(selection);
         let mut fitted = linear.fitted.clone();
         if let Some((variance, score)) = found.jitter.filter(|_| self.noise.is_empty())
@@ -233,6 +229,7 @@ impl Search<'_> {
             } else {
                 let Term { name, variant, .. } = &linear.terms[*term];
                 self.refused.push((name.clone(), *variant));
+                self.objections.push((name.clone(), Objection::NotConverged));
             }
         }
         self.fitted = fitted;

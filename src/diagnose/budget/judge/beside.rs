@@ -1,8 +1,14 @@
 //! What stands beside a row: blocks that change the same readings, and that have its form.
 
+use std::collections::BTreeMap;
+
+use nalgebra::DVector;
+
 use crate::diagnose::budget::selection::Selection;
+use crate::diagnose::budget::solved::Solved;
 use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::price::Gain;
+use crate::diagnose::thresholds::{TIE, ZERO};
 
 /// Share of the squared length of a row's form that a block leaves, below which it has this form.
 const SAME_FORM: f64 = 0.01;
@@ -47,5 +53,51 @@ impl Selection<'_> {
         let rows = self.rows_of(&others);
         let length = |beside: &[usize]| self.form_left(beside, model, model[at]);
         length(&others) / length(&rows).max(f64::MIN_POSITIVE)
+    }
+
+    /// Rows whose values beside the whole blocks of the model are consistent with zero, by their place,
+    /// with the chi squared of these values.
+    pub(super) fn lost_in_remainder(
+        &self,
+        model: &[usize],
+        gains: &[Gain],
+    ) -> BTreeMap<usize, f64> {
+        let is_row = |at: &usize| self.terms[model[*at]].is_effect();
+        let (rows, rest): (Vec<usize>, Vec<usize>) = (0..model.len()).partition(is_row);
+        if rest.iter().all(|at| self.terms[model[*at]].reduced_from.is_none()) {
+            return BTreeMap::new();
+        }
+        let whole: Vec<usize> = model.iter().map(|term| self.whole(*term)).collect();
+        let solved = Solved::of(self, &whole, &rest, gains);
+        let chi_squared = |at: usize| {
+            let range = &solved.terms[at];
+            let own = (range.start, range.start);
+            let covariance = solved.covariance.view(own, (range.len(), range.len())).into_owned();
+            let values = DVector::from_column_slice(solved.of_term(at));
+            Some(values.dot(&covariance.cholesky()?.solve(&values)))
+        };
+        let all = rows.into_iter().filter_map(|at| Some((at, chi_squared(at)?)));
+        all.filter(|(_, chi_squared)| *chi_squared < ZERO).collect()
+    }
+
+    /// A block that takes the form of a row, and without which the evidence is no less.
+    pub(super) fn needless_beside(&self, model: &[usize], row: usize) -> Option<usize> {
+        let evidence = self.ln_evidence(model);
+        let rest = without(model, row);
+        let blocks = rest.iter().copied().filter(|term| !self.terms[*term].is_effect());
+        let left = self.form_left(&rest, model, row);
+        let mut best: Option<(f64, usize)> = None;
+        for block in blocks {
+            let without = without(&rest, block);
+            if self.form_left(&without, model, row) < 2.0 * left {
+                continue;
+            }
+            let with_row = [without, vec![row]].concat();
+            let own = self.ln_evidence(&with_row) - evidence;
+            if own > -TIE && best.is_none_or(|(known, _)| own > known) {
+                best = Some((own, block));
+            }
+        }
+        best.map(|(_, block)| block)
     }
 }

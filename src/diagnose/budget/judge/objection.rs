@@ -19,6 +19,8 @@ pub enum Objection {
     Replaced(f64),
     /// One block in the place of it and another row does as well.
     Pair(String, f64),
+    /// The fit with it does not converge.
+    NotConverged,
 }
 
 impl Objection {
@@ -32,6 +34,7 @@ impl Objection {
             Self::Apart(..) => "differs_between_groups",
             Self::Replaced(_) => "unmodelled_fits_as_well",
             Self::Pair(..) => "one_unmodelled_for_two",
+            Self::NotConverged => "fit_does_not_converge",
         }
     }
 }
