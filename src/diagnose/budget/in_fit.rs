@@ -3,6 +3,7 @@
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;
+use crate::engine::Point;
 use crate::engine::point::from_components;
 use crate::system::Selected;
 
@@ -39,21 +40,29 @@ pub fn count_of_values(fitted: &Fitted, name: &str) -> usize {
     values.filter(|(one, k)| !layout.columns_of(*one, *k).is_empty()).count()
 }
 
+/// A point at which an effect in the fit is absent: its values are zero.
+pub fn absent(fitted: &Fitted, name: &str, mut point: Point) -> Point {
+    let prefix = format!("{name}.");
+    let of = point.values.iter_mut().zip(&fitted.problem.layout.instances);
+    for (value, instance) in of.filter(|(_, one)| one.name.starts_with(&prefix)) {
+        *value = from_components(instance.kind, &[0.0; 3]);
+    }
+    point
+}
+
 /// The columns of an effect in the fit, with their values.
 pub fn columns_of(fitted: &Fitted, name: &str) -> Vec<(usize, f64)> {
     let (layout, point) = (&fitted.problem.layout, &fitted.fit.point);
     let prefix = format!("{name}.");
-    let mut absent = point.clone();
     let mut own: Vec<usize> = Vec::new();
     for (index, instance) in layout.instances.iter().enumerate() {
         if instance.name.starts_with(&prefix) {
-            absent.values[index] = from_components(instance.kind, &[0.0; 3]);
             let columns = (0..instance.dimension()).flat_map(|k| layout.columns_of(index, k));
             own.extend(columns.map(|(column, _)| column));
         }
     }
     own.sort_unstable();
     own.dedup();
-    let step = absent.step_to(layout, point);
+    let step = absent(fitted, name, point.clone()).step_to(layout, point);
     own.into_iter().map(|column| (column, step[column])).collect()
 }

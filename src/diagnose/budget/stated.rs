@@ -1,12 +1,27 @@
 //! Stated values that are wrong, as terms: a column that acts in the equations of a parameter's prior
 //! alone, so that the readings decide the value.
 //!
-//! What is stated and fixed has no equation: it is not tried here.
+//! What is stated and fixed has no equation: it is not tried here. Nor is a value of which the
+//! readings say something only because rows are in the fit. A derivative by it has a part that is the
+//! product of the value of a row and a change of the form of that row. In the place of the row this part
+//! would explain whatever the row does, at a value that is wrong by all of its size; without the
+//! row there is no such part.
 
+use nalgebra::DMatrix;
+
+use super::in_fit::absent;
 use super::linear::Linear;
+use super::selection::Selection;
 use super::sums::Appended;
 use super::terms::Term;
 use crate::diagnose::library::place::Place;
+use crate::engine::gram::{LeastSquares, PriorRow};
+use crate::estimate::arrow::normal_matrix;
+use crate::estimate::inverse_factor::Factor;
+
+/// Part of the redundancy of a stated value in the linearised fit that it must have where the rows
+/// are zero.
+const WITHOUT_ROWS: f64 = 0.5;
 
 impl Linear {
     /// Adds for each parameter with stated values the term that they are wrong.
@@ -25,7 +40,10 @@ impl Linear {
                 None => of_priors.push((instance, vec![row])),
             }
         }
+        let first = self.terms.len();
+        let mut equations: Vec<Vec<PriorRow>> = Vec::new();
         for (instance, rows) in of_priors {
+            equations.push(rows.iter().map(|row| self.sums.priors[*row].clone()).collect());
             let one = &self.fitted.problem.layout.instances[instance];
             let place = Place::of_stated(&one.name, one.whose());
             let (name, mut columns) = (place.words.clone(), Vec::new());
@@ -36,5 +54,52 @@ impl Linear {
             }
             self.terms.push(Term::new(name, Some(place), columns));
         }
+        self.drop_those_of_rows(first, &equations);
+    }
+
+    /// Takes out the values, of the terms from a first one on with these equations, whose redundancy
+    /// is of the rows.
+    fn drop_those_of_rows(&mut self, first: usize, equations: &[Vec<PriorRow>]) {
+        if self.active.is_empty() || equations.is_empty() {
+            return;
+        }
+        let Some((columns, factor)) = self.where_rows_are_zero() else { return };
+        let selection = Selection::new(&self.sums, &self.terms, &self.active);
+        let kept: Vec<Vec<bool>> = equations
+            .iter()
+            .zip(first..)
+            .map(|(equations, term)| {
+                let redundancy = selection.left(&[], term);
+                let is_kept = |(at, equation): (usize, &PriorRow)| {
+                    let of = |column: &usize| {
+                        let own = equation.coefficients.iter().filter(|(own, _)| own == column);
+                        own.map(|(_, by)| by).sum::<f64>()
+                    };
+                    let row = DMatrix::from_iterator(columns.len(), 1, columns.iter().map(of));
+                    let without = 1.0 - factor.across(row).norm_squared();
+                    // Where a number cannot be computed nothing is known against the value.
+                    let is_of_rows = without < WITHOUT_ROWS * redundancy[(at, at)];
+                    !is_of_rows
+                };
+                equations.iter().enumerate().map(is_kept).collect()
+            })
+            .collect();
+        for (term, kept) in self.terms[first..].iter_mut().zip(kept) {
+            let mut kept = kept.into_iter();
+            term.columns.retain(|_| kept.next().unwrap_or(true));
+        }
+    }
+
+    /// The nominal columns, and their normal equations where every row is zero; `None` where these
+    /// are no numbers.
+    fn where_rows_are_zero(&self) -> Option<(Vec<usize>, Factor)> {
+        let Self { fitted, active, .. } = self;
+        let names = self.rows().into_iter().map(|row| &self.terms[row].name);
+        let point = names.fold(fitted.fit.point.clone(), |at, row| absent(fitted, row, at));
+        let (hessian, _) = normal_matrix(&fitted.problem.normal(&point)).ok()?;
+        let is_nominal = |column: &usize| active.iter().all(|(own, _)| own != column);
+        let columns: Vec<usize> = (0..hessian.nrows()).filter(is_nominal).collect();
+        let own = hessian.select_rows(&columns).select_columns(&columns);
+        own.iter().all(|value| value.is_finite()).then(|| (columns, Factor::of(&own)))
     }
 }
