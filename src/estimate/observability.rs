@@ -29,6 +29,9 @@ pub const NEGLIGIBLE: f64 = 1e-2;
 const ROUNDING: f64 = 1e-6;
 /// Correlation beyond which two implausible parameters share one direction.
 const SAME: f64 = 0.99;
+/// Part of the squared response to an implausible parameter that the others must leave for it to be
+/// a direction of its own.
+const OWN_RESPONSE: f64 = 0.5;
 
 /// How badly a direction is determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -233,13 +236,17 @@ impl Scaled {
     }
 
     /// Parameters whose uncertainty, from what is otherwise determined, is beyond plausible: each
-    /// with how the others make up for it (its column of the covariance).
+    /// with how the others make up for it (its column of the covariance), or by itself where they do
+    /// not.
     fn implausible(&self, limits: &[Limit]) -> Vec<Direction> {
         let sigma = |i: usize| self.covariance(UNOBSERVABLE, i, i).sqrt();
+        let limit = |i: usize| match limits.get(self.active[i]) {
+            Some(Limit::Size(size)) => Some(*size),
+            _ => None,
+        };
         let mut beyond: Vec<(f64, usize)> = (0..self.active.len())
             .filter_map(|i| {
-                let Some(Limit::Size(limit)) = limits.get(self.active[i]) else { return None };
-                let excess = sigma(i) / self.length[i] / limit;
+                let excess = sigma(i) / self.length[i] / limit(i)?;
                 (excess > 1.0).then_some((excess, i))
             })
             .collect();
@@ -267,7 +274,14 @@ impl Scaled {
             .map(|&i| {
                 let others: Vec<usize> = leaders.iter().copied().filter(|&l| l != i).collect();
                 let column = beside(&covariance, &others, i);
-                let column = column.unwrap_or_else(|| covariance.column(i).into_owned());
+                let mut column = column.unwrap_or_else(|| covariance.column(i).into_owned());
+                // Parameters that hardly follow it do not act as it does. Where it would be implausible
+                // with all of them known, none of them is to blame.
+                let is_unseen = limit(i).is_some_and(|limit| 1.0 / self.length[i] > limit);
+                if is_unseen && column[i] * OWN_RESPONSE < 1.0 {
+                    column.fill(0.0);
+                    column[i] = 1.0;
+                }
                 let direction = self.direction(&column, Kind::UpToNoise, Some(i));
                 Direction { is_implausible: true, ..direction }
             })

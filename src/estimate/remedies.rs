@@ -9,7 +9,9 @@
 //! | `further` | which further runs there could be, from the model's own inputs |
 //! | `tried` | whether rows that are added determine a direction |
 
+use crate::diagnostic::number;
 use crate::engine::gram::Normal;
+use crate::engine::layout::Instance;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::estimate::combination::{component_names, place_of};
@@ -51,8 +53,10 @@ impl Open<'_> {
         }
         let (names, alone) = self.stated(direction, &tried);
         let one = if names.len() == 1 { "" } else { "one of " };
+        let line = if alone { self.line(direction).unwrap_or_default() } else { String::new() };
+        let names_of = names.join(", ");
         let state =
-            format!("state a value with its sigma for {one}{} or set it fixed", names.join(", "));
+            format!("state a value with its sigma for {one}{names_of} or set it fixed{line}");
         match (runs.is_empty(), names.is_empty()) {
             (true, true) => {
                 "none of the remedies that were tried determines it (further runs, stated values): leave one of these parameters out of the model".to_owned()
@@ -62,6 +66,36 @@ impl Open<'_> {
             (false, true) => runs.join("; or "),
             (false, false) => format!("{}; or {state}", runs.join("; or ")),
         }
+    }
+
+    /// What to type to state the only parameter of a direction: a scalar with one value, to its
+    /// plausible size where it has one, or fixed.
+    fn line(&self, direction: &Direction) -> Option<String> {
+        let (column, _) = direction.weights.first()?;
+        let layout = &self.problem.layout;
+        let index = (0..layout.instances.len())
+            .find(|index| layout.own_columns(*index).any(|(_, own)| own == *column))?;
+        let Instance { name, unit, setting, .. } = &layout.instances[index];
+        let is_single = layout.instances.iter().filter(|one| one.name == *name).count() == 1;
+        if !is_single || layout.instances[index].kind != Kind::Scalar {
+            return None;
+        }
+        let said = |number_of_units: f64| {
+            let said = format!("{} {}", number(number_of_units), unit.symbol);
+            said.trim_end_matches(" 1").to_owned()
+        };
+        let first = |values: &Option<Vec<f64>>| values.as_ref()?.first().copied();
+        let value = first(&setting.value).or_else(|| first(&setting.start)).unwrap_or(0.0);
+        let value = said(unit.from_si(value));
+        let fixed = format!("`--set {name}=\"{value}\"`");
+        Some(match setting.plausible {
+            Some(plausible) => {
+                // A sigma is a difference: an offset of the unit is no part of it.
+                let sigma = said(plausible / unit.factor);
+                format!(", as in `--set {name}=\"{value}~{sigma}\"` or {fixed}")
+            }
+            None => format!(", as in {fixed}"),
+        })
     }
 
     /// The parameters, or components of vectors, of which a stated value determines the direction;

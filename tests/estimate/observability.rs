@@ -91,6 +91,31 @@ fn an_implausible_uncertainty_counts_and_leads() {
     );
 }
 
+/// A column that is too short for its plausible size whatever the others are, and that these hardly
+/// follow, is a direction by itself; where these follow it they are named with it.
+#[test]
+fn what_others_hardly_follow_is_unseen_by_itself() {
+    let of = |part: f64| {
+        let rows = DMatrix::from_fn(100, 2, |i, k| {
+            let x = i as f64;
+            [0.01 * (part * (x * 0.3).sin() + (x * 0.7).cos()), (x * 0.3).sin()][k]
+        });
+        let limits = [Limit::Size(1.0), Limit::Unlimited];
+        examine(&at_zero(&single(rows)), &limits).unwrap().directions
+    };
+    let columns = |found: &[Direction]| -> Vec<usize> {
+        let [one] = found else { unreachable!("{found:?}") };
+        assert!(one.is_implausible && one.kind == Kind::UpToNoise, "{one:?}");
+        one.weights.iter().map(|weight| weight.0).collect()
+    };
+    let alone = of(0.1);
+    assert_eq!(columns(&alone), [0]);
+    // 1 / (0.01 √50)
+    let sigma = alone[0].standard_uncertainty.unwrap();
+    assert!((sigma / 14.14 - 1.0).abs() < 0.02, "{sigma}");
+    assert_eq!(columns(&of(10.0)), [0, 1]);
+}
+
 /// Two delays of two setups, each against its own orientation: two directions, not mixed.
 #[test]
 fn parallel_null_spaces_are_told_apart() {

@@ -89,10 +89,17 @@ fn every_value_that_is_named_determines_the_direction() {
 
 /// Draws and fits a planned campaign.
 fn drawn(text: &str, files: &[(&str, &str)]) -> Calibration {
+    drawn_with(text, files, None)
+}
+
+/// The same with a value stated on the command line.
+fn drawn_with(text: &str, files: &[(&str, &str)], set: Option<&str>) -> Calibration {
     let mut all = vec![("campaign.toml", text)];
     all.extend_from_slice(files);
     let folder = Folder::new("remedies", &all);
-    let mut problem = open(&Request::new([&*folder])).unwrap().problem;
+    let mut request = Request::new([&*folder]);
+    request.set = set.into_iter().map(str::to_owned).collect();
+    let mut problem = open(&request).unwrap().problem;
     let truth = Point::start(&problem.layout);
     simulate(&mut problem, &truth, 4, true);
     calibrate(Problem::new(problem.parts), &Options::default()).unwrap()
@@ -112,4 +119,41 @@ fn no_run_is_named_for_what_no_input_reaches() {
     let found = drawn(text, &[("line.toml", model)]);
     let [open] = &found.unobservable[..] else { panic!("{:?}", found.unobservable) };
     assert_eq!(open.remedy, "state a value with its sigma for one of `b`, `c` or set it fixed");
+}
+
+/// A delay of what moves too slowly for it to show is unseen by itself: no other parameter is named
+/// with it, and each line that is printed determines the others.
+#[test]
+fn a_delay_that_hardly_shows_is_stated_by_the_line_that_is_printed() {
+    let model = "name = \"line\"\n[inputs]\nx = { unit = \"m\", signal = true }\n\
+        [parameters]\na = { unit = \"1\", scope = \"rig\" }\nb = { unit = \"m\", scope = \"rig\" }\n\
+        [measurands]\nread = { value = 'a * x + b', unit = \"m\" }\n";
+    let mut text = "title = \"Line\"\nmodel = \"line.toml\"\n[parameters]\na = { start = \"1\" }\n\
+        [measurands]\nread = { sigma = \"50 mm\" }\n"
+        .to_owned();
+    for (name, start, rate) in [("there", "0 m", "0.01 m/s"), ("back", "0.22 m", "-0.01 m/s")] {
+        text += &format!(
+            "[[runs]]\nname = \"{name}\"\nplan = {{ trigger = \"10 Hz\", duration = \"20 s\", x = {{ start = \"{start}\", rate = \"{rate}\" }} }}\n"
+        );
+    }
+    let files = [("line.toml", model)];
+    let found = drawn(&text, &files);
+    let [open] = &found.unobservable[..] else { panic!("{:?}", found.unobservable) };
+    assert!(
+        open.words.starts_with("a change of `read.delay` cannot be told from noise"),
+        "{}",
+        open.words
+    );
+    let of: Vec<&str> = open.direction.iter().map(|one| one.0.as_str()).collect();
+    assert_eq!(of, ["read.delay"]);
+    let lines: Vec<String> = open
+        .remedy
+        .split('`')
+        .filter_map(|part| Some(part.strip_prefix("--set ")?.replace('"', "")))
+        .collect();
+    assert_eq!(lines, ["read.delay=0 s~0.01 s", "read.delay=0 s"], "{}", open.remedy);
+    for line in lines {
+        let found = drawn_with(&text, &files, Some(&line));
+        assert!(found.is_sound(), "{line}: {:?}", found.unobservable);
+    }
 }

@@ -67,7 +67,13 @@ impl<'a> Tried<'a> {
         if after.directions.len() >= self.before {
             return false;
         }
-        // Another direction may be the one that is gone: this one must be among those that answer.
+        // Another direction may be the one that is gone. Of a plausible size that is exceeded, the
+        // parameter that exceeds it says so: readings answer along the direction all the same.
+        let lead = |one: &Direction| one.weights.first().map(|(column, _)| *column);
+        if self.direction.is_implausible {
+            return after.directions.iter().all(|one| lead(one) != lead(self.direction));
+        }
+        // Any other direction must be among those that answer.
         let Ok((hessian, _)) = normal_matrix(normal) else { return false };
         let length = |column: usize| hessian[(column, column)].max(0.0).sqrt();
         let weights = &self.direction.weights;
