@@ -34,6 +34,8 @@ el = { value = 'star_el + el_zero', kind = "angle", unit = "rad" }
 const CAMPAIGN: &str = r#"
 title = "Stars"
 model = "mount.toml"
+[output]
+units = { angle = "mdeg" }
 [measurands]
 az = { sigma = "1 arcsec / cos(star_el)" }
 el = { sigma = "1 arcsec" }
@@ -100,6 +102,10 @@ fn two_forms_that_are_nearly_one_are_a_group() {
     }
     let text = diagnosis_text::text("", &found, &diagnosis_text::Asked::default());
     assert!(text.contains(&format!("{} ~ {}", row.name, other.name)), "{text}");
+    // All of it in the unit of the campaign's results.
+    let lines = text.lines().filter(|line| line.contains(".angle = "));
+    let units: Vec<&str> = lines.filter_map(|line| line.split(' ').next_back()).collect();
+    assert_eq!(units, ["mdeg"; 3], "{text}");
 }
 
 /// The row alone is there: its value is right, and the other one widens its uncertainty.

@@ -146,7 +146,7 @@ pub struct Size {
     pub of: Option<String>,
     /// The value (SI).
     pub value: f64,
-    /// Unit in which the parameter is declared.
+    /// Unit in which people read the parameter.
     pub unit: Unit,
 }
 

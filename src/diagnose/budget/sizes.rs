@@ -33,8 +33,15 @@ impl Linear {
         Some(Size { unit: self.unit_of(&parameter), parameter, component, of, value })
     }
 
-    /// The unit in which a parameter of a candidate or of a row is declared.
+    /// The unit in which people read a parameter of a candidate or of a row.
     fn unit_of(&self, parameter: &str) -> Unit {
+        let declared = self.declared_unit_of(parameter);
+        let first = self.fitted.problem.parts.first();
+        first.map_or(declared.clone(), |part| part.unit_of_parameter(parameter, &declared))
+    }
+
+    /// The unit in which it is declared.
+    fn declared_unit_of(&self, parameter: &str) -> Unit {
         let instances = &self.fitted.problem.layout.instances;
         if let Some(own) = instances.iter().find(|one| one.name == parameter) {
             return own.unit.clone();
