@@ -142,6 +142,7 @@ fn searched(
         (found, diagnosis.nominal, left_out) = (with, jumped.nominal, beside(jumped.left_out));
     }
     diagnosis.left_out = left_out;
+    let found = found.with_most_probable(&fitted(&diagnosis.nominal), wanted, options)?;
     let last = found.competed.linear.fitted.clone();
     let records = Records::of(&last.problem);
     let mut diagnosis = diagnosis.of(found, &wanted.prior, options)?;

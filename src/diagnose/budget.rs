@@ -18,6 +18,7 @@ pub mod noise;
 pub mod noise_or_blocks;
 pub mod noise_scale;
 pub mod pieces;
+mod probable;
 pub mod rows;
 pub mod search;
 pub mod selection;

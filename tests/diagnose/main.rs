@@ -41,6 +41,7 @@ mod places;
 mod power;
 mod practice;
 mod prior;
+mod probable;
 mod products;
 mod replay;
 mod runs;
