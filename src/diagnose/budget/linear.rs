@@ -107,6 +107,10 @@ impl Linear {
                 members.push(1);
             }
         }
+        if fitted.problem.parts.iter().map(|part| part.setups.len()).sum::<usize>() == 1 {
+            let places = candidates.iter_mut().filter_map(|one| one.place.as_mut());
+            places.for_each(|place| *place = place.in_one_setup());
+        }
         let all: Vec<&Candidate> = candidates.iter().collect();
         let signed = made.signatures(&fitted.problem, &all);
         let priors = fitted.fit.normal.priors.clone();

@@ -8,6 +8,8 @@ pub(super) const TIME_OF: &str = "time of ";
 pub(in crate::diagnose) const ALL_READINGS: &str = "all readings";
 /// What the channel of another value of a parameter is called before its name.
 pub(super) const OF_PARAMETER: &str = "parameter ";
+/// The covariate of a block with a value for each setup.
+pub(super) const SETUP: &str = "setup";
 /// The covariate of what a setup does in its course.
 pub(super) const TIME: &str = "time";
 /// The channel of stated values.
@@ -71,6 +73,14 @@ impl Place {
             }
         };
         Self { words: format!("{words} {when}"), run: Some(run.to_owned()), rows, ..self.clone() }
+    }
+
+    /// The same in a campaign of one setup, where a value for each setup is a constant.
+    pub(in crate::diagnose) fn in_one_setup(&self) -> Self {
+        let whole = self.words.strip_suffix(" over setup").filter(|_| self.covariate == SETUP);
+        let what = whole.and_then(|words| words.strip_prefix("an ").or(words.strip_prefix("a ")));
+        let words = what.map_or_else(|| self.words.clone(), |what| format!("a constant {what}"));
+        Self { words, ..self.clone() }
     }
 
     /// Whether it is a value for each run.
@@ -155,6 +165,19 @@ pub enum Of {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_the_same_in_the_only_setup_is_constant() {
+        let words = |covariate: &str, words: &str| {
+            let of = Of::Measurand("x".to_owned());
+            Place::new(of, covariate, words.to_owned()).in_one_setup().words
+        };
+        assert_eq!(words(SETUP, "an error of `x` over setup"), "a constant error of `x`");
+        let displacement = "a radial displacement of the target over setup";
+        let constant = "a constant radial displacement of the target";
+        assert_eq!(words(SETUP, displacement), constant);
+        assert_eq!(words(RUN, "an error of `x` over run"), "an error of `x` over run");
+    }
 
     #[test]
     fn an_extent_has_its_words_and_rows() {

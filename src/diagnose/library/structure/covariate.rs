@@ -5,7 +5,7 @@ use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::{Dimension, Unit};
 
-use crate::diagnose::library::place::{RUN, TIME};
+use crate::diagnose::library::place::{RUN, SETUP, TIME};
 
 /// Signals, or inputs, that count as few.
 pub(super) const FEW: usize = 2;
@@ -178,7 +178,7 @@ pub(super) fn of_the_rig(model: &Model, orders: usize) -> Vec<Covariate> {
         over_time(),
         over_campaign(),
         Covariate::new(RUN_TIME, [("run_time", Dimension::TIME)]),
-        Covariate::new("setup", [("1", Dimension::NONE)]).per("setup"),
+        Covariate::new(SETUP, [("1", Dimension::NONE)]).per("setup"),
         over_runs(),
     ]);
     all
