@@ -28,15 +28,19 @@ pub struct Lacking {
 }
 
 /// What of these effects can be tested on a model. Constants that only a campaign can state count
-/// as stated.
+/// as stated; built-in detectors need no names and look at every campaign.
 pub fn testable<'e>(
     model: &Model,
     effects: impl Iterator<Item = &'e Arc<Effect>>,
     overrides: &[Override],
 ) -> Testable {
     let mut found = Testable::default();
-    for effect in effects.filter(|effect| !effect.builtin) {
+    for effect in effects {
         found.of += 1;
+        if effect.builtin {
+            found.effects.push(effect.name.clone());
+            continue;
+        }
         let heads = heads_for(model, effect);
         let fits = |head: &Option<String>| lacks_of(model, effect, head.as_deref()).is_empty();
         let stated = [overrides, stand_ins(effect).as_slice()].concat();
