@@ -233,6 +233,26 @@ fn a_bad_model_has_no_convention_mistaken() {
     assert!(found(&folder).is_none(), "{:?}", found(&folder));
 }
 
+/// A reading of which the model says nothing but a constant fits better the smaller its numbers are
+/// made, but no better beside its own scatter; an outlier of another reading changes nothing about that.
+#[test]
+fn numbers_that_are_made_smaller_are_no_convention_beside_an_outlier() {
+    let model = "name = \"sky\"\ntitle = \"A mount\"\n[inputs]\naz = { unit = \"rad\" }\n[parameters]\nzero = { unit = \"rad\", scope = \"rig\" }\nlevel = { unit = \"rad\", scope = \"rig\" }\n[measurands]\nd_az = { value = 'zero', unit = \"rad\" }\nd_el = { value = 'level', unit = \"rad\" }\n";
+    let campaign = "title = \"Sky\"\nmodel = \"sky.toml\"\n[measurands]\nd_az = { sigma = \"10 urad\" }\nd_el = { sigma = \"10 urad\" }\n[[runs]]\nname = \"night\"\ndata = \"log.csv\"\n";
+    let mut random = Stream(3);
+    let mut log = "az [rad],d_az [rad],d_el [rad]\n".to_owned();
+    for star in 0..300 {
+        let az = std::f64::consts::TAU * random.uniform();
+        let wrong = if [40, 200].contains(&star) { 5e-4 } else { 0.0 };
+        let d_az = 1e-4 + 5e-5 * (3.0 * az).sin() + 1e-5 * random.normal() + wrong;
+        let d_el = 2e-4 + 1e-5 * random.normal() - wrong;
+        log.push_str(&format!("{az:.9},{d_az:.9},{d_el:.9}\n"));
+    }
+    let files = [("sky.toml", model), ("campaign.toml", campaign), ("log.csv", log.as_str())];
+    let folder = Folder::new("shrunk", &files);
+    assert!(found(&folder).is_none(), "{:?}", found(&folder));
+}
+
 #[test]
 fn every_convention_of_the_library_is_read() {
     let all = conventions([]).unwrap();

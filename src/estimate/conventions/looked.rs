@@ -30,9 +30,9 @@ impl Looked {
         start: &Point,
         sequence: Option<&Sequence<'_>>,
     ) -> Option<Self> {
-        let fit = trimmed_fit(&problem, start.clone(), ITERATIONS[2])?;
+        let (fit, kept) = trimmed_fit(&problem, start.clone(), ITERATIONS[2])?;
         let variance_factor = fit.variance_factor;
-        let score = sequence.map_or(variance_factor.ln(), |one| one.score(&problem, &fit));
+        let score = sequence.map_or(variance_factor.ln(), |one| one.score(&kept, &fit));
         Some(Self { problem, point: fit.point, variance_factor, score })
     }
 

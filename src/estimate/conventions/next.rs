@@ -55,7 +55,7 @@ impl<'s, 'c> Glanced<'s, 'c> {
         let control = Quick::of(&few, None)?.score;
         // As they stand they fit from there, too.
         let there = trimmed_fit(&numbers, stands.point.clone(), ITERATIONS[1]);
-        let control = there.map_or(control, |fit| control.min(fit.variance_factor.ln()));
+        let control = there.map_or(control, |(fit, _)| control.min(fit.variance_factor.ln()));
         let few = Thinned::of(first, SAMPLES[0]);
         let numbers = few.late_by(0.0, &[])?;
         let is_borne_out = |sequence: &Sequence<'_>| {

@@ -39,10 +39,10 @@ impl Quick {
             .iter()
             .take(STARTS)
             .map(|one| trimmed_fit(&problem, one.point.clone(), ITERATIONS[1]));
-        let best =
-            further.flatten().min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
+        let (best, kept) =
+            further.flatten().min_by(|a, b| a.0.variance_factor.total_cmp(&b.0.variance_factor))?;
         let stands = best.variance_factor.ln();
-        let score = sequence.map_or(stands, |sequence| sequence.score(&problem, &best));
+        let score = sequence.map_or(stands, |sequence| sequence.score(&kept, &best));
         Some(Self { score, point: best.point })
     }
 }

@@ -16,26 +16,30 @@ const MOST: f64 = 0.2;
 /// Fits at most.
 const ROUNDS: usize = 3;
 
-/// A fit from a start, without the samples that are outliers beside it. `None` where the model has no
-/// values.
-pub(super) fn trimmed_fit(problem: &Problem, start: Point, iterations: usize) -> Option<Tried> {
+/// A fit from a start, without the samples that are outliers beside it, and the samples that it is a
+/// fit of. `None` where the model has no values.
+pub(super) fn trimmed_fit(
+    problem: &Problem,
+    start: Point,
+    iterations: usize,
+) -> Option<(Tried, Problem)> {
     let mut fitted = Tried::fit(problem.clone(), start, 0.0, iterations)?;
-    let mut out = BTreeSet::new();
+    let (mut out, mut kept) = (BTreeSet::new(), problem.clone());
     for _ in 1..ROUNDS {
         let outliers = outliers(problem, &fitted.point);
         if outliers.is_empty() || outliers == out {
             break;
         }
-        let mut rest = problem.clone();
+        kept = problem.clone();
         for (part, run, sample) in &outliers {
-            let part = &mut rest.parts[*part];
+            let part = &mut kept.parts[*part];
             let columns: Range<usize> = part.reading_columns();
             part.runs[*run].record.leave_out([(*sample..*sample + 1, columns)]);
         }
-        fitted = Tried::fit(rest, fitted.point, 0.0, iterations)?;
+        fitted = Tried::fit(kept.clone(), fitted.point, 0.0, iterations)?;
         out = outliers;
     }
-    Some(fitted)
+    Some((fitted, kept))
 }
 
 /// Campaign, run and number of the samples that are outliers; none where they are many of a run.
