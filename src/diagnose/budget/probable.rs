@@ -21,21 +21,22 @@ use super::terms::without;
 
 /// Exchanges that are tried at most.
 const MOST: usize = 4;
-/// Log odds below which two aliases are equally probable: 1 % of a posterior.
-const LEAST: f64 = 0.05;
+/// Log Bayes factor from which an alias is the more probable one: twice as probable.
+const LEAST: f64 = std::f64::consts::LN_2;
 
 /// A row and the alias in its place, as terms.
 #[derive(Clone, Copy)]
 struct Exchange {
     row: usize,
     alias: usize,
-    /// By how much the alias has larger log odds.
+    /// By how much the alias has a larger log Bayes factor, with the prior of its size or without,
+    /// whichever is less.
     by: f64,
 }
 
 impl Found {
-    /// The same with the most probable of aliases as rows. Sizes count as they do where effects enter;
-    /// an effect of the user's own stays where its alias is none.
+    /// The same with the most probable of aliases as rows; an effect of the user's own stays where its
+    /// alias is none.
     pub fn with_most_probable(
         mut self,
         nominal: &Fitted,
@@ -82,7 +83,7 @@ impl Found {
             let rest = without(&judged.model, row);
             let ln_bayes = selection.ln_bayes_factor(row, selection.gain(&rest, row));
             let rounding = ROUNDING * ln_bayes;
-            let odds = ln_bayes + ln_size(linear, &selection, &rest, row);
+            let with_size = ln_bayes + ln_size(linear, &selection, &rest, row);
             for one in selection.ranked(&rest, &effects) {
                 let (alias, other) = (one.term, &terms[one.term]);
                 let is_alias = one.ln_bayes >= ENTER
@@ -92,7 +93,9 @@ impl Found {
                 if !is_alias || is_in_model(&other.name) {
                     continue;
                 }
-                let by = one.ln_bayes + ln_size(linear, &selection, &rest, alias) - odds;
+                // A size that is far from typical is no reason for another name, and one against it.
+                let size = ln_size(linear, &selection, &rest, alias);
+                let by = (one.ln_bayes - ln_bayes).min(one.ln_bayes + size - with_size);
                 let exchange = Exchange { row, alias, by };
                 if by > LEAST.max(rounding)
                     && best.is_none_or(|best| by > best.by)
