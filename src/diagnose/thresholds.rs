@@ -23,7 +23,8 @@ pub const BORROWED: f64 = 1.5;
 pub const OWN_SHARE: f64 = 0.12;
 /// Gain from which a row is too strong for the test of [`OWN_SHARE`].
 pub const OWN_SHARE_BELOW: f64 = 900.0;
-/// Chi squared of the values of a row beside whole blocks, below which they are consistent with zero.
+/// Chi squared of the value of a row beside whole blocks, below which it is consistent with zero; of
+/// several values that of the same probability.
 pub const ZERO: f64 = 9.0;
 /// Log Bayes factor of separate values of a row by setup, angle, rate or sense, from which it is not one
 /// cause.

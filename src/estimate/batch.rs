@@ -102,7 +102,7 @@ impl fmt::Display for Outcome {
             }
             Self::Near => {
                 "The fit ended less than a fifth of the standard uncertainties from its solution: \
-                 the model jumps there, as with the sign of a noisy rate. Smoother signals \
+                 the model may jump there, as with the sign of a noisy rate. Smoother signals \
                  (`smooth`) may help."
             }
             Self::Stalled => {
@@ -246,9 +246,11 @@ pub fn fit<P: LeastSquares>(
             // Readings have a rounding of their own (an angle of 1 rad against an uncertainty of 1
             // µrad leaves ten digits), so the cost may stop to tell steps apart before they are
             // tiny.
+            // In stated standard uncertainties, too: those of the results are not scaled.
+            let is_stated = options.noise_floor == 0.0 || way <= NEAR * options.noise_floor;
             here.outcome = match here.remaining {
                 left if left <= SETTLED => Outcome::Converged,
-                left if left <= NEAR => Outcome::Near,
+                left if left <= NEAR && is_stated => Outcome::Near,
                 _ => Outcome::Stalled,
             };
             return Ok(here);

@@ -81,11 +81,14 @@ impl Open<'_> {
             return None;
         }
         let said = |number_of_units: f64| {
-            let said = format!("{} {}", number(number_of_units), unit.symbol);
+            // Digits of the conversion are none of the value.
+            let rounded = format!("{number_of_units:.11e}").parse().unwrap_or(number_of_units);
+            let said = format!("{} {}", number(rounded), unit.symbol);
             said.trim_end_matches(" 1").to_owned()
         };
         let first = |values: &Option<Vec<f64>>| values.as_ref()?.first().copied();
-        let value = first(&setting.value).or_else(|| first(&setting.start)).unwrap_or(0.0);
+        let known = first(&setting.value).or_else(|| first(&setting.start));
+        let value = known.or((unit.offset == 0.0).then_some(0.0))?;
         let value = said(unit.from_si(value));
         let fixed = format!("`--set {name}=\"{value}\"`");
         Some(match setting.plausible {

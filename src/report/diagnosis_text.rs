@@ -139,6 +139,9 @@ fn because(objection: &Objection) -> String {
         Objection::WithinRemainder(share) => {
             format!("its form lies within the remainder ({:.0} % are its own)", 100.0 * share)
         }
+        Objection::MayBeZero(_) => {
+            "beside the whole remainder its value is consistent with zero".to_owned()
+        }
         Objection::Apart(label, _) => format!("its values differ by {}", label.words()),
         Objection::Replaced(_) => "unmodelled effects in its place fit about as well".to_owned(),
         Objection::Pair(other, _) => {

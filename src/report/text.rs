@@ -147,7 +147,7 @@ pub(crate) fn residual_unit(size: f64, declared: &Unit) -> Unit {
     }
 }
 
-/// What keeps the numbers from being used; empty if nothing does.
+/// What keeps the numbers from being used, or the fit from its solution; empty if nothing does.
 pub fn trouble(result: &Calibration) -> String {
     let mut text = String::new();
     if !result.fit.outcome.is_result() {

@@ -64,7 +64,7 @@ impl Selection<'_> {
             model = self.all_beside_rows(model);
             let own = Pieces::new(linear, self, &model);
             let Some((term, objection)) = self.worst(&model, &pools.blocks, &own) else { break };
-            if matches!(objection, Objection::WithinRemainder(_) | Objection::Replaced(_))
+            if objection.is_by_blocks()
                 && let Some(block) = self.needless_beside(&model, term)
             {
                 log.push(format!("- {}: rows do as well", self.terms[block].name));
@@ -158,10 +158,11 @@ impl Selection<'_> {
         }
         if objections.is_empty() {
             let lost = self.lost_in_remainder(model, &gains);
-            objections.extend(rows.iter().enumerate().filter_map(|(row, at)| {
-                let share = lost.get(at)? / gains[*at].gain;
-                Some((row, Objection::WithinRemainder(share)))
-            }));
+            objections.extend(
+                rows.iter()
+                    .enumerate()
+                    .filter_map(|(row, at)| Some((row, Objection::MayBeZero(*lost.get(at)?)))),
+            );
         }
         let total = self.chi_squared(&[]) - self.chi_squared(model);
         if objections.is_empty() {

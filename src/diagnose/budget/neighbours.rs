@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::noise::{Component, Outlier, components};
 use crate::diagnose::budget::selection::Selection;
-use crate::diagnose::thresholds::{LONE_OUTLIER, NEIGHBOURS};
+use crate::diagnose::thresholds::{LONE_OUTLIER, NEIGHBOURS, NOISE};
 use crate::engine::Problem;
 use crate::statistics::robust;
 
@@ -75,16 +75,25 @@ pub fn without_shared(
         }
         let places = places_of(problem, part);
         let readings = readings_of(&runs, problem.layout.first_run[part], &places);
-        if alike(&readings).is_none_or(|(score, _)| score <= NEIGHBOURS) {
+        if !alike(&readings).is_some_and(|(score, _)| score > NEIGHBOURS) {
             continue;
         }
+        let deviation = robust(readings.iter().map(|one| &one.1)).unwrap_or(0.0);
+        let (some, stride) = some_of(&readings);
         outliers.retain(|one| {
             let (run, sample, own) = one.at;
-            let placed = readings.iter().find(|reading| reading.0 == (run, sample));
-            let Some(outlier) = placed.filter(|_| own == measurand) else { return true };
+            if own != measurand {
+                return true;
+            }
+            let at = readings.binary_search_by_key(&(run, sample), |reading| reading.0);
+            // It may be one of another component of the measurand.
+            let outlier = at.ok().map(|at| &readings[at]);
+            let Some(outlier) = outlier.filter(|one| one.1.abs() > NOISE * deviation) else {
+                return true;
+            };
             let is_shared =
-                |at: usize| readings[at].1 / outlier.1 >= SHARED || one.deviations <= LONE_OUTLIER;
-            !nearest(outlier, &readings, 1).is_some_and(is_shared)
+                |at: usize| some[at].1 / outlier.1 >= SHARED || one.deviations <= LONE_OUTLIER;
+            !nearest(outlier, &some, stride).is_some_and(is_shared)
         });
     }
 }
@@ -158,11 +167,16 @@ fn nearest(one: &Reading<'_>, readings: &[Reading<'_>], stride: usize) -> Option
     Some(by_distance.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
 }
 
+/// At most so many readings as are looked at, and how many stand for one of them.
+fn some_of<'a>(readings: &[Reading<'a>]) -> (Vec<Reading<'a>>, usize) {
+    let stride = readings.len().div_ceil(MOST).max(1);
+    (readings.iter().step_by(stride).copied().collect(), stride)
+}
+
 /// The standard score of products of neighbours' residuals, and the root of their mean; `None` of few
 /// readings, and where nothing varies.
 fn alike(readings: &[Reading<'_>]) -> Option<(f64, f64)> {
-    let stride = readings.len().div_ceil(MOST).max(1);
-    let readings: Vec<Reading<'_>> = readings.iter().step_by(stride).copied().collect();
+    let (readings, stride) = some_of(readings);
     if readings.len() < LEAST {
         return None;
     }

@@ -136,10 +136,15 @@ fn outliers(components: &Components) -> Vec<Outlier> {
     // A reading of several components is left out once.
     found.sort_by(|a, b| a.at.cmp(&b.at).then(b.deviations.total_cmp(&a.deviations)));
     found.dedup_by_key(|one| one.at);
-    if found.len() < OUTLIERS {
-        found.retain(|one| one.deviations > LONE_OUTLIER);
-    }
+    few_are_far(&mut found);
     found
+}
+
+/// Keeps of few outliers those that are none of a normal distribution by themselves.
+pub fn few_are_far(outliers: &mut Vec<Outlier>) {
+    if outliers.len() < OUTLIERS {
+        outliers.retain(|one| one.deviations > LONE_OUTLIER);
+    }
 }
 
 /// The variance of reference times from products of residuals of different readings of one sample,
@@ -160,8 +165,12 @@ fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
     let longest = values().map(|own| own.len()).max().unwrap_or(0);
     let squares: f64 = values().flatten().map(|value| value * value).sum();
     let count: usize = values().map(|own| own.len()).sum();
+    let neighbours: f64 = values()
+        .flat_map(|own| own.windows(2).map(|pair| pair[0] * pair[1]).collect::<Vec<f64>>())
+        .sum();
     // Products of different residuals of stretches of so many: of white noise their sum has the
-    // standard deviation of one product times the root of their number.
+    // standard deviation of one product times the root of their number. A first look: for few
+    // stretches this is no normal distribution, and the likelihood decides.
     let score = |length: usize| {
         let of_stretch = |own: &[f64]| {
             let sum = own.iter().sum::<f64>().powi(2) - own.iter().map(|x| x * x).sum::<f64>();
@@ -171,8 +180,9 @@ fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
         let sums = values().flat_map(of_run).fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
         sums[0] * count as f64 / (squares * sums[1].sqrt())
     };
-    let lengths = std::iter::successors(Some(2), |length| Some(2 * length));
-    let is_alike = lengths.take_while(|one| 2 * one <= longest).any(|one| score(one) > NOISE);
+    let lengths = std::iter::successors(Some(4), |length| Some(2 * length));
+    let is_alike = neighbours * (count as f64).sqrt() > NOISE * squares
+        || lengths.take_while(|length| *length <= longest).any(|one| score(one) > NOISE);
     if is_alike { gauss_markov(runs).map(|(noise, _)| noise) } else { None }
 }
 

@@ -77,7 +77,9 @@ pub fn instead_of_blocks(
     if has_structure {
         all_kept.extend(with_one_change(selection, model, &rows));
         all_kept.extend(with_the_strongest(selection, model, &rows));
-        all_kept.push((rows, 0.0));
+        if rows != with_changes {
+            all_kept.push((rows, 0.0));
+        }
     }
     for (kept, price) in &all_kept {
         let mut of_rows = selection.clone();

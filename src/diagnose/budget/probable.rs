@@ -51,11 +51,12 @@ impl Found {
             let Some(competed) = self.exchanged(exchange, nominal, wanted, options)? else {
                 continue;
             };
-            let with = Self { competed, ..self.clone() };
+            let before = std::mem::replace(&mut self.competed, competed);
             let back = [alias.clone(), row.clone()];
             // Beside the alias in the fit the row may be the more probable one.
-            if with.more_probable(&tried).is_none_or(|one| with.names(one) != back) {
-                self = with;
+            if self.more_probable(&tried).is_some_and(|one| self.names(one) == back) {
+                self.competed = before;
+            } else {
                 self.log.push(format!("{alias} for its alias {row} ({:.1})", exchange.by));
                 tried.insert(back);
             }

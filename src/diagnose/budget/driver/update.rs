@@ -5,7 +5,7 @@ use crate::diagnose::budget::in_fit::effect_of;
 use crate::diagnose::budget::judge::Objection;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::neighbours::without_shared;
-use crate::diagnose::budget::noise::{Outlier, leave_out, noise};
+use crate::diagnose::budget::noise::{Outlier, few_are_far, leave_out, noise};
 use crate::diagnose::budget::noise_or_blocks::OfRun;
 use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::fitted::Fitted;
@@ -29,6 +29,7 @@ impl Search<'_> {
         let all = whole.as_ref().unwrap_or(linear);
         let mut found = noise(all, &selection, &judged.model, &self.outliers);
         without_shared(&mut found.outliers, all, &selection, &judged.model);
+        few_are_far(&mut found.outliers);
         drop(selection);
         let mut fitted = linear.fitted.clone();
         if let Some((variance, score)) = found.jitter.filter(|_| self.noise.is_empty())
@@ -218,7 +219,13 @@ impl Search<'_> {
             let start = linear.start(&selection, &rest, *term);
             let selected = &linear.candidates[linear.terms[*term].candidate].selected;
             let with = fitted.with(selected, &start, self.options)?;
-            if let Some(with) = with.filter(Fitted::is_sound) {
+            if let Some(with) = with {
+                if !with.is_sound() {
+                    let Term { name, variant, .. } = &linear.terms[*term];
+                    self.refused.push((name.clone(), *variant));
+                    self.objections.push((name.clone(), Objection::NotConverged));
+                    continue;
+                }
                 if !linear.is_plausible(&with, *term) {
                     self.refuse_size(&linear.terms[*term]);
                     continue;
@@ -229,7 +236,6 @@ impl Search<'_> {
             } else {
                 let Term { name, variant, .. } = &linear.terms[*term];
                 self.refused.push((name.clone(), *variant));
-                self.objections.push((name.clone(), Objection::NotConverged));
             }
         }
         self.fitted = fitted;

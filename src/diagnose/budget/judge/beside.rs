@@ -9,6 +9,7 @@ use crate::diagnose::budget::solved::Solved;
 use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::{TIE, ZERO};
+use crate::statistics::ln_chi_squared;
 
 /// Share of the squared length of a row's form that a block leaves, below which it has this form.
 const SAME_FORM: f64 = 0.01;
@@ -69,6 +70,7 @@ impl Selection<'_> {
         }
         let whole: Vec<usize> = model.iter().map(|term| self.whole(*term)).collect();
         let solved = Solved::of(self, &whole, &rest, gains);
+        // Values that the readings do not determine have no covariance.
         let chi_squared = |at: usize| {
             let range = &solved.terms[at];
             let own = (range.start, range.start);
@@ -77,7 +79,10 @@ impl Selection<'_> {
             Some(values.dot(&covariance.cholesky()?.solve(&values)))
         };
         let all = rows.into_iter().filter_map(|at| Some((at, chi_squared(at)?)));
-        all.filter(|(_, chi_squared)| *chi_squared < ZERO).collect()
+        let may_be_zero = |at: &usize, chi_squared: &f64| {
+            ln_chi_squared(*chi_squared, solved.terms[*at].len()) > ln_chi_squared(ZERO, 1)
+        };
+        all.filter(|(at, chi_squared)| may_be_zero(at, chi_squared)).collect()
     }
 
     /// A block that takes the form of a row, and without which the evidence is no less.

@@ -13,6 +13,8 @@ pub enum Objection {
     Borrowed,
     /// Its form lies within the remainder.
     WithinRemainder(f64),
+    /// Beside the whole remainder its value is consistent with zero: chi squared.
+    MayBeZero(f64),
     /// Its values differ between groups of readings.
     Apart(Label, f64),
     /// Blocks in its place do as well.
@@ -24,6 +26,11 @@ pub enum Objection {
 }
 
 impl Objection {
+    /// Whether blocks of the model have its form, or do as well.
+    pub(super) fn is_by_blocks(&self) -> bool {
+        matches!(self, Self::WithinRemainder(_) | Self::MayBeZero(_) | Self::Replaced(_))
+    }
+
     /// Its key.
     pub fn word(&self) -> &'static str {
         match self {
@@ -31,6 +38,7 @@ impl Objection {
             Self::Small(_) => "too_small",
             Self::Borrowed => "corrects_the_remainder",
             Self::WithinRemainder(_) => "within_the_remainder",
+            Self::MayBeZero(_) => "consistent_with_zero",
             Self::Apart(..) => "differs_between_groups",
             Self::Replaced(_) => "unmodelled_fits_as_well",
             Self::Pair(..) => "one_unmodelled_for_two",
