@@ -14,6 +14,7 @@ use super::selection::Selection;
 use super::terms::Term;
 use crate::diagnose::thresholds::{ENTER, NOISE, NOISE_OF_A_RUN};
 use crate::engine::gauss_markov::GaussMarkov;
+use crate::engine::{Part, Problem};
 use crate::statistics::{robust, upper_median};
 
 /// Residuals of a component whose noise may be autocorrelated at least.
@@ -62,14 +63,16 @@ pub fn instead_of_blocks(
     let with_changes = those(&|term| term.is_effect() || term.change.is_some());
     let rows = those(&Term::is_effect);
     // Without structure autocorrelation is looked for in what is left in the end.
-    let has_structure = model.len() > rows.len() && !problem.has_memory();
+    let is_white = |part: &Part| part.gauss_markov.iter().any(Option::is_none);
+    let has_structure = model.len() > rows.len() && problem.parts.iter().any(is_white);
     let has_own_levels = problem.parts.iter().any(|part| !part.run_levels.is_empty());
     if !has_structure && has_own_levels {
         return None;
     }
+    let least = if problem.has_memory() { LIKELY } else { SURE };
     let mut best: Option<(f64, Instead)> = None;
     let mut take = |beyond: f64, gained: f64, found: Instead| {
-        if gained > SURE && beyond > best.as_ref().map_or(0.0, |(known, _)| *known) {
+        if gained > least && beyond > best.as_ref().map_or(0.0, |(known, _)| *known) {
             best = Some((beyond, found));
         }
     };
@@ -89,7 +92,7 @@ pub fn instead_of_blocks(
         let residuals = components(linear, &of_rows, kept, &mut |_, _| {});
         if has_structure {
             // What blocks explain in one measurand is no noise because that of another one is.
-            let all = autocorrelated(&residuals);
+            let all = autocorrelated(problem, &residuals);
             let (mut gained, mut beyond, mut found) = (0.0, 0.0, Vec::new());
             for group in &groups {
                 let own = || group.measurands.iter().filter_map(|one| all.get(one));
@@ -106,7 +109,7 @@ pub fn instead_of_blocks(
         }
         if *kept == with_changes && !has_own_levels {
             let (gained, found) = noise_of_runs(linear, &residuals);
-            if !found.is_empty() {
+            if !found.is_empty() && gained > SURE {
                 take(gained - by_blocks, gained, Instead::OfRuns(found));
             }
         }
@@ -194,18 +197,26 @@ fn by_blocks(
     groups
 }
 
-/// Gauss-Markov noise of the components of each measurand, and by how much it raises the log
-/// likelihood, less its price.
-fn autocorrelated(components: &Components) -> BTreeMap<usize, (f64, Vec<OfComponent>)> {
+/// Gauss-Markov noise of the components of each measurand that have none, and by how much it raises the
+/// log likelihood, less its price.
+fn autocorrelated(
+    problem: &Problem,
+    components: &Components,
+) -> BTreeMap<usize, (f64, Vec<OfComponent>)> {
     let of_component = |((part, measurand, row), runs): (&(usize, usize, usize), &Component)| {
+        if problem.parts[*part].gauss_markov[*row].is_some() {
+            return None;
+        }
         let count: usize = runs.values().map(Vec::len).sum();
         let (noise, own) = gauss_markov(runs).filter(|_| count >= LEAST_OF_COMPONENT)?;
         Some((*measurand, (*part, *row, noise), own - (count as f64).ln()))
     };
     let found: Vec<(usize, OfComponent, f64)> =
         components.iter().filter_map(of_component).collect();
-    let sure: BTreeSet<usize> =
-        found.iter().filter(|one| one.2 > SURE).map(|(_, (part, ..), _)| *part).collect();
+    let parts = problem.parts.iter().enumerate();
+    let known = parts.filter(|(_, part)| part.gauss_markov.iter().any(Option::is_some));
+    let mut sure: BTreeSet<usize> = known.map(|(part, _)| part).collect();
+    sure.extend(found.iter().filter(|one| one.2 > SURE).map(|(_, (part, ..), _)| *part));
     let mut all: BTreeMap<usize, (f64, Vec<OfComponent>)> = BTreeMap::new();
     for (measurand, noise, own) in found {
         if sure.contains(&noise.0) && own > LIKELY {
