@@ -1,4 +1,4 @@
-//! What may be added to a model: effects of the library, and structure that nobody wrote down.
+//! What may be added to a model: effects of the library, and basis blocks.
 //!
 //! From the ground up; each imports from those before it:
 

@@ -275,8 +275,7 @@ impl Scaled {
                 let others: Vec<usize> = leaders.iter().copied().filter(|&l| l != i).collect();
                 let column = beside(&covariance, &others, i);
                 let mut column = column.unwrap_or_else(|| covariance.column(i).into_owned());
-                // Parameters that hardly follow it do not act as it does. Where it would be implausible
-                // with all of them known, none of them is to blame.
+                // Where it is implausible with all others known, those that hardly follow it are no part.
                 let is_unseen = limit(i).is_some_and(|limit| 1.0 / self.length[i] > limit);
                 if is_unseen && column[i] * OWN_RESPONSE < 1.0 {
                     column.fill(0.0);

@@ -146,7 +146,7 @@ pub struct Size {
     pub of: Option<String>,
     /// The value (SI).
     pub value: f64,
-    /// Unit in which people read the parameter.
+    /// Unit in which results give the parameter.
     pub unit: Unit,
 }
 

@@ -218,7 +218,7 @@ impl Selection<'_> {
             let two = |(first, second): (usize, usize)| {
                 let pair = [model[rows[first]], model[rows[second]]];
                 let own = self.replaced(&exchange, &pair, blocks, 1).0 - evidence;
-                // Two causes that a user suspects are as probable as one that nobody wrote down.
+                // Two causes that a user suspects are as probable as one that is unmodelled.
                 let are_own = pair.iter().all(|term| self.terms[*term].is_own);
                 let margin = if are_own { 0.0 } else { MARGIN };
                 let is_first = drops[first] < drops[second];

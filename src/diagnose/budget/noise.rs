@@ -161,13 +161,13 @@ fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]>) -> Option<(f64, f64)>
 
 /// The Gauss-Markov part of a component's residuals, where they are correlated.
 fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
-    let values = || runs.values().map(|own| own.iter().map(|one| one.2).collect::<Vec<f64>>());
-    let longest = values().map(|own| own.len()).max().unwrap_or(0);
-    let squares: f64 = values().flatten().map(|value| value * value).sum();
-    let count: usize = values().map(|own| own.len()).sum();
-    let neighbours: f64 = values()
-        .flat_map(|own| own.windows(2).map(|pair| pair[0] * pair[1]).collect::<Vec<f64>>())
-        .sum();
+    let values: Vec<Vec<f64>> =
+        runs.values().map(|own| own.iter().map(|one| one.2).collect()).collect();
+    let longest = values.iter().map(Vec::len).max().unwrap_or(0);
+    let squares: f64 = values.iter().flatten().map(|value| value * value).sum();
+    let count: usize = values.iter().map(Vec::len).sum();
+    let pairs = values.iter().flat_map(|own| own.windows(2));
+    let neighbours: f64 = pairs.map(|pair| pair[0] * pair[1]).sum();
     // Products of different residuals of stretches of so many: of white noise their sum has the
     // standard deviation of one product times the root of their number. A first look: for few
     // stretches this is no normal distribution, and the likelihood decides.
@@ -176,8 +176,8 @@ fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
             let sum = own.iter().sum::<f64>().powi(2) - own.iter().map(|x| x * x).sum::<f64>();
             [0.5 * sum, 0.5 * (own.len() * (own.len() - 1)) as f64]
         };
-        let of_run = |own: Vec<f64>| own.chunks(length).map(of_stretch).collect::<Vec<_>>();
-        let sums = values().flat_map(of_run).fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        let stretches = values.iter().flat_map(|own| own.chunks(length));
+        let sums = stretches.map(of_stretch).fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
         sums[0] * count as f64 / (squares * sums[1].sqrt())
     };
     let lengths = std::iter::successors(Some(4), |length| Some(2 * length));

@@ -33,7 +33,7 @@ impl Linear {
         Some(Size { unit: self.unit_of(&parameter), parameter, component, of, value })
     }
 
-    /// The unit in which people read a parameter of a candidate or of a row.
+    /// The unit in which results give a parameter of a candidate or of a row.
     fn unit_of(&self, parameter: &str) -> Unit {
         let declared = self.declared_unit_of(parameter);
         let first = self.fitted.problem.parts.first();

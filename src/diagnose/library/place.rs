@@ -53,9 +53,9 @@ impl Place {
         Self { of, covariate: covariate.to_owned(), words, run: None, rows: None }
     }
 
-    /// Of something that is too small for a name, and like an effect.
+    /// Of a term with the form of an effect that is no row.
     pub(in crate::diagnose) fn like(effect: &str) -> Self {
-        let words = format!("something like `{effect}`");
+        let words = format!("an effect like `{effect}`");
         Self::new(Of::Channel(effect.to_owned()), SMALL, words)
     }
 
@@ -107,7 +107,7 @@ impl Place {
         Some(axes.iter().find_map(|axis| name.strip_suffix(axis)).unwrap_or(name))
     }
 
-    /// Whether an effect may have its form: not that of a stated value, nor of something small.
+    /// Whether an effect may have its form: not that of a stated value, nor of a term that is no row.
     pub fn is_of_an_effect(&self) -> bool {
         self.covariate != SMALL && self.of != Of::Channel(STATED.to_owned())
     }

@@ -18,7 +18,7 @@ pub enum Cause {
     Nothing,
     /// One effect of the library.
     Library,
-    /// Something that nobody wrote down.
+    /// An unmodelled cause that the library lacks.
     Unknown,
 }
 

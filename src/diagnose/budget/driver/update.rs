@@ -219,13 +219,8 @@ impl Search<'_> {
             let start = linear.start(&selection, &rest, *term);
             let selected = &linear.candidates[linear.terms[*term].candidate].selected;
             let with = fitted.with(selected, &start, self.options)?;
-            if let Some(with) = with {
-                if !with.is_sound() {
-                    let Term { name, variant, .. } = &linear.terms[*term];
-                    self.refused.push((name.clone(), *variant));
-                    self.objections.push((name.clone(), Objection::NotConverged));
-                    continue;
-                }
+            let is_fitted = with.is_some();
+            if let Some(with) = with.filter(Fitted::is_sound) {
                 if !linear.is_plausible(&with, *term) {
                     self.refuse_size(&linear.terms[*term]);
                     continue;
@@ -236,6 +231,8 @@ impl Search<'_> {
             } else {
                 let Term { name, variant, .. } = &linear.terms[*term];
                 self.refused.push((name.clone(), *variant));
+                let objection = (name.clone(), Objection::NotConverged);
+                self.objections.extend(is_fitted.then_some(objection));
             }
         }
         self.fitted = fitted;
