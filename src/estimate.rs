@@ -90,7 +90,6 @@ pub mod intersection;
 pub(crate) mod inverse_factor;
 pub mod linear_range;
 pub mod median;
-pub mod members;
 pub mod minima;
 mod nearby;
 pub mod nested;

@@ -5,13 +5,13 @@ use serde_json::{Value, json};
 
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, doubts, load, output};
+use crate::diagnose::evidence::members::choose;
 use crate::engine::undefined::Farthest;
 use crate::engine::{Point, Problem};
 use crate::estimate::absorbed::calibrate_holding;
 use crate::estimate::batch::{Options, Outcome};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::correlations::covariance_of_estimates;
-use crate::estimate::members::choose;
 use crate::estimate::minima::others;
 use crate::estimate::nested::against_nominal;
 use crate::estimate::noise_model::{NoiseModel, with_noise};
@@ -65,7 +65,8 @@ impl CalibrateCommand {
         loaded.keep_files(self.common.out.as_ref(), [PARAMETERS, RESIDUALS, COVARIANCE])?;
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, false);
-        let (problem, chosen) = choose(loaded.problem, &loaded.recipes, &self.common.with)?;
+        let (problem, chosen) =
+            choose(loaded.problem, &loaded.recipes, &self.common.with, &Options::default())?;
         let result = estimate_with(problem, &self.common.with)?;
         let result = against_nominal(result, &self.common.with, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;

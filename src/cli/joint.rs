@@ -6,8 +6,9 @@ use serde_json::Value;
 use super::calibrate::estimate_with;
 use super::load::Loaded;
 use super::{Failure, load};
+use crate::diagnose::evidence::members::{Chosen, choose};
+use crate::estimate::batch::Options;
 use crate::estimate::calibrate::Calibration;
-use crate::estimate::members::{Chosen, choose};
 use crate::estimate::minima::{Other, others};
 use crate::report;
 
@@ -21,7 +22,8 @@ pub(super) struct Joint {
 impl Joint {
     /// Fits; the campaigns then have the members that were chosen and those that were held.
     pub(super) fn of(loaded: &mut Loaded, effects: &[String]) -> Result<Self, Failure> {
-        let (problem, chosen) = choose(loaded.problem.clone(), &loaded.recipes, effects)?;
+        let (problem, chosen) =
+            choose(loaded.problem.clone(), &loaded.recipes, effects, &Options::default())?;
         let fit = estimate_with(problem.clone(), effects)?;
         if !chosen.is_empty() {
             loaded.problem = problem;

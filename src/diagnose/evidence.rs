@@ -12,6 +12,7 @@
 
 pub mod basis;
 pub(super) mod columns;
+pub mod members;
 pub(in crate::diagnose) mod sampling;
 pub mod scan;
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::estimate::members::Chosen;
+use crate::diagnose::evidence::members::Chosen;
 use crate::report::figure;
 use crate::report::json::number;
 use crate::units::decimal;
@@ -11,7 +11,8 @@ use crate::units::decimal;
 pub fn text(all: &[Chosen]) -> String {
     let each = all.iter().map(|one| {
         let Chosen { name, value, unit, tried, is_of_range, gains } = one;
-        let size = figure::size(*value, unit);
+        // As many digits as to state it again.
+        let size = if *is_of_range { figure::exact(*value, unit) } else { figure::size(*value, unit) };
         let of = if *is_of_range { "values of its range" } else { "members" };
         let next = match gains {
             [Some(own), Some(next)] => format!(

@@ -29,6 +29,7 @@ mod each_effect;
 mod found;
 mod jumps_of_clocks;
 mod losses_under_load;
+mod members;
 mod mistaken_for_noise;
 mod moments;
 mod moved_anchor;

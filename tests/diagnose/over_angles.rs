@@ -52,6 +52,43 @@ fn fine_waves_of_a_reading_are_a_remainder_with_their_order() {
     }
 }
 
+const DRIVE: &str = r#"
+name = "drive"
+title = "A geared drive"
+[inputs]
+motor = { unit = "rad", signal = true }
+[parameters]
+zero = { unit = "rad", scope = "rig" }
+[measurands]
+load = { value = 'zero + motor / 7.3', unit = "rad" }
+"#;
+
+/// A shaft of a gearbox turns at another rate than those that are read: its eccentricity is a wave over
+/// them, of an order that is no whole number, and no noise that remembers.
+#[test]
+fn a_wave_of_any_order_over_many_turns_is_a_remainder_with_its_order() {
+    for (seed, order, size) in [(96, 0.323, 1e-4), (97, 0.618, 4e-5), (98, 2.71, 3e-5)] {
+        let mut stream = Stream(seed);
+        let mut log = String::from("time [s],motor [rad],load [rad]\n");
+        let mut motor = 1.0;
+        for row in 0..2000 {
+            let time = 0.02 * f64::from(row);
+            motor += 0.02 * 8.0 * (1.0 + 0.4 * (TAU * time / 11.0).sin());
+            let wave = size * (order * motor + 1.1).cos();
+            let load = 0.2 + motor / 7.3 + wave + 2e-5 * stream.normal();
+            let _ = writeln!(log, "{time},{motor},{load}");
+        }
+        let measurands = "load = { sigma = \"20 urad\" }";
+        let found = Campaign { model: DRIVE, effects: &[], measurands, log }.diagnosed();
+        assert_eq!(found.remainder.len(), 1, "{}", told(&found));
+        let words = &found.remainder[0].place.words;
+        assert!(words.contains(&format!("over motor, {order}")), "{}", told(&found));
+        let (amplitude, _) = found.remainder[0].amplitude.as_ref().unwrap();
+        assert!((amplitude / size - 1.0).abs() < 0.1, "{order}: {amplitude}");
+        assert!(found.autocorrelation.is_empty(), "{}", told(&found));
+    }
+}
+
 const COMPASS: &str = r#"
 name = "compass"
 title = "A compass against a heading"

@@ -28,7 +28,7 @@ impl Campaign<'_> {
         diagnosed(&[own.path()])
     }
 
-    fn write_to(&self, folder: &Path) {
+    pub(crate) fn write_to(&self, folder: &Path) {
         let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
         std::fs::create_dir_all(folder.join("effects")).unwrap();
         write("model.toml", self.model);

@@ -1,11 +1,11 @@
 //! Members of effects that the model absorbs are held at zero; a family without a stated member is
 //! searched for the best.
 
+use homepoint::diagnose::evidence::members::choose;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::absorbed::calibrate_holding;
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
-use homepoint::estimate::members::choose;
 
 use crate::folder::Folder;
 use crate::problems::Stream;
@@ -106,7 +106,8 @@ fn the_member_that_fits_best_is_taken_where_none_is_stated() {
         let mut request = Request::new([&*folder]);
         request.with = vec!["wave".to_owned()];
         let opened = open(&request).unwrap();
-        let (problem, chosen) = choose(opened.problem, &opened.recipes, &request.with).unwrap();
+        let (problem, chosen) =
+            choose(opened.problem, &opened.recipes, &request.with, &Options::default()).unwrap();
         let [one] = &chosen[..] else { panic!("{chosen:?}") };
         assert_eq!(one.name, "wave.period");
         assert!((one.value - 0.73).abs() < within, "{one:?}");
@@ -115,7 +116,8 @@ fn the_member_that_fits_best_is_taken_where_none_is_stated() {
         // What is stated stays.
         request.set = vec!["wave.period=1.2 m".to_owned()];
         let opened = open(&request).unwrap();
-        let (_, chosen) = choose(opened.problem, &opened.recipes, &request.with).unwrap();
+        let (_, chosen) =
+            choose(opened.problem, &opened.recipes, &request.with, &Options::default()).unwrap();
         assert!(chosen.is_empty());
     }
 }

@@ -29,6 +29,7 @@ use super::terms::Change;
 mod fitted_changes;
 mod forward;
 mod jumps;
+mod members;
 mod relax;
 mod spikes;
 mod update;
@@ -82,8 +83,9 @@ struct Search<'a> {
     /// Effects that nominal parameters absorb, of which a refit found nothing beyond that; whether
     /// relaxed forms were tried, too.
     absorbed: Vec<(String, bool)>,
-    /// Sets of rows that were in the fit.
+    /// Sets of rows that were in the fit, and those beside which members were looked for.
     seen: Vec<Vec<String>>,
+    with_members: Vec<Vec<String>>,
     left_out: LeftOut,
     /// Bursts and spikes: as they are seen from the nominal fit, as they were seen last, and whether
     /// they were judged beside rows.
@@ -141,6 +143,7 @@ impl Search<'_> {
         let mut round = 0;
         loop {
             round += 1;
+            search.take_members()?;
             let Some(competed) = search.compete()? else { return Ok(None) };
             if round < ROUNDS
                 && (search.take_beyond_linear(&competed)?
@@ -179,6 +182,7 @@ impl<'a> Search<'a> {
             objections: Vec::new(),
             absorbed: Vec::new(),
             seen: Vec::new(),
+            with_members: Vec::new(),
             left_out: LeftOut::default(),
             first_spikes: spikes.clone(),
             spikes,

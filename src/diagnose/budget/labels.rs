@@ -3,7 +3,7 @@
 
 use indexmap::IndexMap;
 
-use crate::diagnose::library::structure::Knots;
+use crate::diagnose::library::structure::Spread;
 use crate::diagnose::library::variant::Variant;
 use crate::engine::Problem;
 use crate::graph::names::Input;
@@ -117,9 +117,9 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
     labels
 }
 
-/// Inputs that vary, with the places at which a line over each may bend: all of a few, or octiles of many;
-/// none of an angle that is treated as periodic.
-pub fn knots(problem: &Problem) -> Vec<Knots> {
+/// How the inputs that vary are spread, with the places at which a line over each may bend: all of a few, or
+/// octiles of many; none of an angle that is treated as periodic.
+pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
     let mut values: IndexMap<String, (bool, Vec<f64>)> = IndexMap::new();
     each_input(problem, 0, |_, input, here| {
         let (is_angle, all) = values.entry(input.name.clone()).or_default();
@@ -131,8 +131,9 @@ pub fn knots(problem: &Problem) -> Vec<Knots> {
         .filter_map(|(name, (is_angle, mut all))| {
             all.sort_by(f64::total_cmp);
             let span = all.last()? - all.first()?;
+            let turns = if is_angle { span / std::f64::consts::TAU } else { 0.0 };
             if is_angle && span > PERIODIC {
-                return Some((name, Vec::new()));
+                return Some(Spread { input: name, knots: Vec::new(), turns });
             }
             let mut places = all.clone();
             places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
@@ -144,7 +145,7 @@ pub fn knots(problem: &Problem) -> Vec<Knots> {
                 places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
             }
             let inner = places.len().checked_sub(1)?;
-            (inner > 1).then(|| (name, places[1..inner].to_vec()))
+            (inner > 1).then(|| Spread { input: name, knots: places[1..inner].to_vec(), turns })
         })
         .collect()
 }

@@ -13,7 +13,7 @@ use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::offer::Offer;
 use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::library::relaxed::with_variants;
-use crate::diagnose::library::structure::bends_and_products;
+use crate::diagnose::library::structure::over_values;
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::library::wanted::Wanted;
 use crate::engine::Problem;
@@ -23,7 +23,7 @@ use crate::diagnose::thresholds::{OWN_EFFECT, RELAXED};
 
 use super::families::{Families, best_members};
 use super::in_fit::{Row, columns_of, effect_of};
-use super::labels::knots;
+use super::labels::spreads;
 use super::selection::Selection;
 use super::sums::Sums;
 use super::terms::Term;
@@ -89,22 +89,20 @@ impl Linear {
             best_members(&fitted, &made, effects, &mut scanned.effects)?;
         not_testable.extend(blind);
         if with_blocks {
+            let of_values = over_values(&fitted.recipes, &spreads(&fitted.problem));
+            let blocks = || made.blocks.iter().chain(&of_values);
             let is_family = |block: &&Candidate| !block.selected.effect.shape.is_empty();
-            scan_all(&fitted, made.blocks.iter().filter(is_family), &mut scanned.blocks);
-            for block in &made.blocks {
-                let found = if !is_family(&block) {
-                    Some((block.clone(), 1))
-                } else {
+            scan_all(&fitted, blocks().filter(is_family), &mut scanned.blocks);
+            for block in blocks() {
+                let found = if is_family(&block) {
                     scan(&fitted, block, &mut scanned.blocks)
+                } else {
+                    Some((block.clone(), 1))
                 };
                 if let Some((found, tried)) = found {
                     candidates.push(found);
                     members.push(tried);
                 }
-            }
-            for block in bends_and_products(&fitted.recipes, &knots(&fitted.problem)) {
-                candidates.push(block);
-                members.push(1);
             }
         }
         if fitted.problem.parts.iter().map(|part| part.setups.len()).sum::<usize>() == 1 {

@@ -64,34 +64,41 @@ fn by_sense(model: &Model) -> Vec<Block> {
     displacements.chain(plain(model).flat_map(errors)).collect()
 }
 
-/// Blocks that depend on the values of inputs: a line over an input that bends at places among them, and
-/// products of two inputs about the middle of theirs. A form that powers and waves do not have is seen so,
-/// a value of its own for each of a few places, and what neither of two inputs does by itself.
-pub(in crate::diagnose) fn bends_and_products(
-    recipes: &[Recipe],
-    knots: &[Knots],
-) -> Vec<Candidate> {
+/// Blocks that depend on the values of inputs: a line over an input that bends at places among them,
+/// products of two inputs about the middle of theirs, and waves of any order over what turns many times. A
+/// form that powers and waves do not have is seen so, a value of its own for each of a few places, and what
+/// neither of two inputs does by itself.
+pub(in crate::diagnose) fn over_values(recipes: &[Recipe], spreads: &[Spread]) -> Vec<Candidate> {
     offered(recipes, |model| {
-        let bent = |(name, knots): &Knots| {
+        let bent = |Spread { input, knots, .. }: &Spread| {
             if knots.is_empty() {
                 return None;
             }
-            let input = model.inputs.iter().find(|one| one.name == *name)?;
+            let input = model.inputs.iter().find(|one| one.name == *input)?;
             Some(covariate::bent(input, knots))
         };
-        let covariates: Vec<Covariate> = knots.iter().filter_map(bent).collect();
+        let covariates: Vec<Covariate> = spreads.iter().filter_map(bent).collect();
         let mut all = displacements(model, &covariates);
         if directions(model).is_empty() || !few_move(model) {
             all.extend(plain(model).flat_map(|one| errors(one, &covariates)));
         }
-        let together = together::products(model, knots);
-        all.extend(plain(model).flat_map(|one| errors(one, &together)));
+        let mut of_readings = together::products(model, spreads);
+        of_readings.extend(waves::of_any_order(model, spreads));
+        all.extend(plain(model).flat_map(|one| errors(one, &of_readings)));
         all
     })
 }
 
-/// An input that varies, and the places (SI) at which a line over it bends: none of what turns.
-pub(in crate::diagnose) type Knots = (String, Vec<f64>);
+/// How the values of an input that varies are spread.
+#[derive(Clone, Debug)]
+pub(in crate::diagnose) struct Spread {
+    /// Its name.
+    pub(in crate::diagnose) input: String,
+    /// The places (SI) at which a line over it bends: none of what turns.
+    pub(in crate::diagnose) knots: Vec<f64>,
+    /// Turns between the least and the largest value of an angle; 0 of anything else.
+    pub(in crate::diagnose) turns: f64,
+}
 
 fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Candidate> {
     let mut joined = Joined::new(recipes.len());

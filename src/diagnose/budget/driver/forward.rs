@@ -84,6 +84,10 @@ impl Search<'_> {
                 continue;
             }
             if best.is_none() {
+                if self.take_members()? {
+                    fresh = Some(Vec::new());
+                    continue;
+                }
                 break;
             }
             let mut next: Option<Refitted> = None;

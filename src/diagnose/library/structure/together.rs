@@ -4,7 +4,7 @@
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;
 
-use super::Knots;
+use super::Spread;
 use super::covariate::{Covariate, Term, offset_from, powers, sense_of, wave};
 
 /// Inputs of which products are looked at, at most.
@@ -51,20 +51,20 @@ pub(super) fn loads_by_sense(model: &Model, of: &MeasurandDeclaration) -> Vec<Co
 
 /// Products of two inputs, of which one at least does not turn: powers from the middle of where its
 /// values lie, and waves over what turns. What each of both does by itself is mostly no part of it.
-pub(super) fn products(model: &Model, knots: &[Knots]) -> Vec<Covariate> {
+pub(super) fn products(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
     if model.inputs.len() > MOST_TOGETHER {
         return Vec::new();
     }
     let factor = |input: &InputDeclaration| -> Option<Vec<Term>> {
         let (name, own) = (&input.name, input.unit.dimension);
-        let (_, places) = knots.iter().find(|(known, _)| known == name)?;
-        Some(match places.get(places.len() / 2) {
+        let Spread { knots, .. } = spreads.iter().find(|known| known.input == *name)?;
+        Some(match knots.get(knots.len() / 2) {
             Some(middle) => powers(&format!("({})", offset_from(input, *middle)), own).to_vec(),
             None => (1..=2).flat_map(|order| wave(&format!("{order} * {name}"))).collect(),
         })
     };
     let turns = |input: &InputDeclaration| {
-        knots.iter().any(|(known, places)| *known == input.name && places.is_empty())
+        spreads.iter().any(|known| known.input == input.name && known.knots.is_empty())
     };
     let inputs = model.inputs.iter().filter_map(|one| Some((one, factor(one)?)));
     let inputs: Vec<(&InputDeclaration, Vec<Term>)> = inputs.collect();

@@ -13,13 +13,17 @@ use crate::units::{Dimension, Unit};
 
 use super::covariate::{Covariate, FEW, RUN_TIME, few_move, sense_of, wave};
 use super::made::{Block, made};
-use super::{ORDERS, directions, orders};
+use super::{ORDERS, Spread, directions, orders};
 use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place, TIME};
 
 /// The finest waves that are looked for, in waves a turn: those of an encoder or a motor, and those of
 /// the teeth of a worm or a strain wave gear.
 const FINEST: usize = 36;
 const FINEST_OF_TEETH: usize = 400;
+/// Waves a turn of what turns at another rate: a shaft of a gearbox, a belt.
+const ANY: (f64, f64) = (0.02, 12.0);
+/// Turns that an angle goes through at least for such waves.
+const MANY_TURNS: f64 = 3.0;
 /// Angles over which waves of readings are looked for, at most.
 const ANGLES: usize = 4;
 
@@ -91,6 +95,30 @@ pub(super) fn over_angles(model: &Model) -> impl Iterator<Item = Covariate> {
         let of_teeth = (FINEST + 1..=FINEST_OF_TEETH).map(|order| order as f64);
         [orders_of("fine", &input.name, fine), orders_of("teeth of", &input.name, of_teeth)]
     })
+}
+
+/// Waves of any order of a reading over angles that go through many turns, in models without a target:
+/// those of another shaft of a gearbox, or of a belt. Over one turn, or over what is read modulo one, they
+/// would not come back.
+pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
+    let turns = |input: &&InputDeclaration| {
+        let is_own = |one: &&Spread| one.input == input.name && one.turns >= MANY_TURNS;
+        spreads.iter().any(|one| is_own(&one))
+    };
+    let counted = model.inputs.iter().filter(|input| input.period.is_none());
+    let angles = counted.filter(turns).map(|input| any_order_over(&input.name));
+    let angles: Vec<Covariate> = angles.collect();
+    if directions(model).is_empty() && angles.len() <= ANGLES { angles } else { Vec::new() }
+}
+
+fn any_order_over(angle: &str) -> Covariate {
+    let order = "unknown_order";
+    Covariate {
+        over: angle.to_owned(),
+        words: format!("{angle}, {{member}} waves a turn"),
+        family: format!("{order} = {{ unit = \"1\", from = {}, to = {} }}", ANY.0, ANY.1),
+        ..Covariate::new(format!("any order {angle}"), wave(&format!("{order} * {angle}")))
+    }
 }
 
 /// Waves of an error of an angle over itself, finer than so many a turn; none over anything else.
