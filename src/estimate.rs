@@ -10,7 +10,6 @@
 //! | [`checks`] | whether the set-up can be as stated |
 //! | [`arrow`] | the normal equations solved by their blocks |
 //! | [`mod@autocorrelation`] | whether residuals are correlated from reading to reading |
-//! | [`members`] | which member of a family fits best |
 //! | [`minima`] | other starts, and other minima that fit as well |
 //! | [`batch`] | Levenberg-Marquardt over all unknowns |
 //! | [`conic`] | a step within bounds |
@@ -49,6 +48,7 @@
 //! | `residuals` | residuals in the order of time, and readings that are far out |
 //! | `sample_squares` | squared residuals of whole samples |
 //! | `trimmed` | a fit that outliers do not bend |
+//! | [`stream_bias`] | by how much the noise of streams biases estimates |
 //! | [`systematic`] | what the inputs' calibration leaves open in them |
 //! | [`blind`] | arm angles at which a measurand does not show its delay |
 //! | [`budget`] | what the uncertainty of a delay is made of |
@@ -107,6 +107,7 @@ pub(crate) mod residuals;
 mod sample_squares;
 pub mod start;
 mod stationary;
+pub mod stream_bias;
 pub mod systematic;
 pub mod transformation;
 pub(crate) mod trimmed;

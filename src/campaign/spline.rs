@@ -96,8 +96,10 @@ pub struct Spline {
     /// Effective time constant (s).
     time_constant: f64,
     /// Standard deviation of the raw values about the curve, by their scatter, and of one knot as
-    /// a part of it; only where the time constant was given.
+    /// a part of it; `None` of a curve that was made of others.
     scatter: Option<[f64; 2]>,
+    /// Whether the time constant was given.
+    is_stated: bool,
 }
 
 impl Spline {
@@ -128,11 +130,10 @@ impl Spline {
         let scatter = smoothing::misfit(&points, &curve);
         let mut spline = Self::from_curve(first + shift, points.x, &curve);
         spline.gaps = spline.guessed(mean_spacing(times), scatter);
-        if let Smoothing::TimeConstant(_) = smoothing {
-            let raw = scatter / (1.0 - curve.leverage).max(1e-3).sqrt();
-            let of_knot = (spline.knots.len() as f64 / values.len() as f64).sqrt();
-            spline.scatter = Some([raw, of_knot]);
-        }
+        let raw = scatter / (1.0 - curve.leverage).max(1e-3).sqrt();
+        let of_knot = (spline.knots.len() as f64 / values.len() as f64).sqrt();
+        spline.scatter = Some([raw, of_knot]);
+        spline.is_stated = matches!(smoothing, Smoothing::TimeConstant(_));
         Ok(spline)
     }
 
@@ -170,6 +171,7 @@ impl Spline {
             noise_gain: curve.leverage.sqrt(),
             time_constant: curve.time_constant,
             scatter: None,
+            is_stated: false,
         }
     }
 
@@ -229,6 +231,11 @@ impl Spline {
     /// noise (`√(tr A Aᵀ / n)` is up to 13 % less).
     pub fn noise_gain(&self) -> f64 {
         self.noise_gain
+    }
+
+    /// Whether its time constant was given.
+    pub(crate) fn is_stated(&self) -> bool {
+        self.is_stated
     }
 
     /// The effective time constant (s), see `smoothing`.

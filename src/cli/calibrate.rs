@@ -16,6 +16,7 @@ use crate::estimate::minima::others;
 use crate::estimate::nested::against_nominal;
 use crate::estimate::noise_model::{NoiseModel, with_noise};
 use crate::estimate::planned;
+use crate::estimate::stream_bias::stream_biases;
 use crate::report;
 
 /// The tables that `--out` asks for.
@@ -78,6 +79,7 @@ impl CalibrateCommand {
         let result = with_noise(result, &Options::default(), self.noise.into())
             .map_err(|error| Failure::Could(error.to_string()))?;
         let covariance = covariance_of_estimates(&result);
+        let biases = stream_biases(&result);
         let runs = load::runs(&loaded.campaigns);
         match self.common.format {
             Format::Json => {
@@ -89,12 +91,14 @@ impl CalibrateCommand {
                 load::merge(&mut value, report::conventions::json_for(mistaken.as_ref(), runs));
                 load::merge(&mut value, report::members::json(&chosen));
                 load::merge(&mut value, report::smoothing::json(&result));
+                load::merge(&mut value, report::smoothing::json_of_bias(&biases));
                 load::merge(&mut value, report::noise::json(&result.noise));
                 load::merge(&mut value, report::correlations::json(covariance.as_ref()));
                 output::json(&value)?;
             }
             Format::Text => {
                 let text = report::text::calibration(&loaded.title, &result);
+                let text = text + &report::smoothing::text_of_bias(&biases);
                 let text = text + &report::members::text(&chosen);
                 let text = text + &report::minima::text(&result, &others);
                 output::text(&(text + &report::conventions::text_for(mistaken.as_ref(), runs)))?;

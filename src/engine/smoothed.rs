@@ -1,6 +1,6 @@
 //! What errors of smoothed streams do to the readings of each run.
 //!
-//! A stream with a stated `smooth` becomes a curve whose error follows from the scatter of the raw
+//! A stream becomes a curve whose error follows from the scatter of the raw
 //! values about it: noise of that size, smoothed in the same way. Values, rates and accelerations
 //! of the curve are all off by it, together. How far that moves the predictions is computed with
 //! one draw of such noise for each stream; its root mean square joins the standard uncertainty of
@@ -51,32 +51,54 @@ impl Problem {
 
     /// The same readings over streams with as much noise again as they have, and with that noise
     /// the other way round: sums over both, less those without, are what the noise does to a product
-    /// of two things that it moves. `None` where no stream is smoothed.
+    /// of two things that it moves. `None` where no stream is smoothed, or only as it is usual and the
+    /// weights count nothing of it.
     pub fn with_noisier_streams(&self) -> Option<[Self; 2]> {
-        let mut both = [self.clone(), self.clone()];
+        let noisier = |times: f64| {
+            self.with_streams(&|part, tracks, (run, input)| {
+                let (spline, sigma) = smoothed(part, tracks, input)?;
+                if part.smoothing_sigma.is_empty() && !spline.is_stated() {
+                    return None;
+                }
+                let seed = ((run << 16) | input) as u64;
+                spline.noisier(sigma, times, &mut normal(seed))
+            })
+        };
+        Some([noisier(1.0)?, noisier(-1.0)?])
+    }
+
+    /// The same readings over streams that are smoothed once more: what that does is about what their
+    /// smoothing has done. `None` where no stream is smoothed.
+    pub fn with_streams_smoothed_again(&self) -> Option<Self> {
+        self.with_streams(&|part, tracks, (_, input)| {
+            smoothed(part, tracks, input)?.0.smoothed_again()
+        })
+    }
+
+    /// The same readings over other streams: `other` of a campaign's tracks, a run (of all) and an input.
+    /// `None` where no stream is another.
+    fn with_streams(
+        &self,
+        other: &dyn Fn(&Part, &[Track], (usize, usize)) -> Option<Spline>,
+    ) -> Option<Self> {
+        let mut changed = self.clone();
         let mut is_any = false;
-        for (problem, times) in both.iter_mut().zip([1.0, -1.0]) {
-            for (p, part) in self.parts.iter().enumerate() {
-                for (r, run) in part.runs.iter().enumerate() {
-                    let tracks = run.record.inputs();
-                    let noisier = |input: usize| {
-                        let (spline, sigma) = smoothed(part, tracks, input)?;
-                        let seed = ((self.run_index(p, r) << 16) | input) as u64;
-                        spline.noisier(sigma, times, &mut normal(seed))
-                    };
-                    let curves = (0..tracks.len()).filter_map(|input| {
-                        Some((input, Track::Logged(Arc::new(noisier(input)?))))
-                    });
-                    let curves: Vec<(usize, Track)> = curves.collect();
-                    if curves.is_empty() {
-                        continue;
-                    }
+        for (p, part) in self.parts.iter().enumerate() {
+            for (r, run) in part.runs.iter().enumerate() {
+                let tracks = run.record.inputs();
+                let number = self.run_index(p, r);
+                let curves = (0..tracks.len()).filter_map(|input| {
+                    let curve = other(part, tracks, (number, input))?;
+                    Some((input, Track::Logged(Arc::new(curve))))
+                });
+                let curves: Vec<(usize, Track)> = curves.collect();
+                if !curves.is_empty() {
                     is_any = true;
-                    problem.parts[p].runs[r].record.replace_streams(curves);
+                    changed.parts[p].runs[r].record.replace_streams(curves);
                 }
             }
         }
-        is_any.then_some(both)
+        is_any.then_some(changed)
     }
 
     /// What errors of smoothed streams add to each measurand of a run (SI); 0 where it cannot be
@@ -174,7 +196,7 @@ impl Problem {
     }
 }
 
-/// The curve of an input whose `smooth` is stated, with one draw of its error.
+/// The curve of an input, with one draw of its error.
 fn disturbed(part: &Part, tracks: &[Track], input: usize) -> Option<Track> {
     let (spline, sigma) = smoothed(part, tracks, input)?;
     let disturbed = spline.disturbed(sigma, &mut normal(input as u64 + 1))?;

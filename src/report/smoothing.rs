@@ -1,11 +1,14 @@
-//! What errors of smoothed streams add to the standard uncertainties of readings.
+//! What errors of smoothed streams add to the standard uncertainties of readings, and by how much they
+//! bias estimates.
 
 use serde_json::{Value, json};
 
 use crate::engine::Part;
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::stream_bias::{Cause, StreamBias};
 use crate::report::figure;
 use crate::report::json::number;
+use crate::units::decimal;
 
 /// Where to look for the part of it that is no noise.
 pub const WHERE: &str = "An oscillation, or what is found over a rate or an acceleration of such a stream, may be what its smoothing takes off the motion: compare with a shorter `smooth`.\n";
@@ -47,7 +50,48 @@ pub fn text(result: &Calibration) -> String {
     )
 }
 
+/// Which estimates streams bias, in sentences; empty where they bias none.
+pub fn text_of_bias(all: &[StreamBias]) -> String {
+    let sentence = |by: Cause, what: &str, then: &str| {
+        let own = all.iter().filter(|one| one.by == by);
+        let each = own.map(|StreamBias { estimate, bias, .. }| {
+            let of = estimate.of.as_ref().map_or_else(String::new, |of| format!(" of {of}"));
+            let size = figure::value(*bias, estimate.sigma, &estimate.declared);
+            let times = decimal(bias.abs() / estimate.sigma.unwrap_or(f64::NAN), 1);
+            format!("`{}`{of} by about {size} ({times} times its uncertainty)", estimate.name)
+        });
+        let each: Vec<String> = each.collect();
+        if each.is_empty() {
+            return String::new();
+        }
+        format!("\n{what} biases {}: {then}\n", each.join(", "))
+    };
+    let of_noise = sentence(
+        Cause::Noise,
+        "The noise of smoothed streams",
+        "what multiplies a noisy rate or acceleration comes out too small, and other parameters follow; no weight corrects that. Smooth more, or record the stream with less noise.",
+    );
+    let of_smoothing = sentence(
+        Cause::Smoothing,
+        "What smoothing takes off the motion",
+        "smooth less (`smooth`, or a smaller `sigma` of the input).",
+    );
+    of_noise + &of_smoothing
+}
+
 /// The same for programs.
+pub fn json_of_bias(all: &[StreamBias]) -> Value {
+    let each = all.iter().map(|StreamBias { estimate, bias, by }| {
+        let by = match by {
+            Cause::Noise => "noise",
+            Cause::Smoothing => "smoothing",
+        };
+        json!({ "name": estimate.name, "of": estimate.of, "bias": number(Some(*bias)), "by": by })
+    });
+    json!({ "stream_bias": each.collect::<Vec<_>>() })
+}
+
+/// What errors of smoothed streams add, for programs.
 pub fn json(result: &Calibration) -> Value {
     let each = all(result).map(|(part, run, measurand, sigma)| {
         json!({

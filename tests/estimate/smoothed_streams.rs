@@ -6,6 +6,7 @@ use std::fmt::Write;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
+use homepoint::estimate::stream_bias::{Cause, stream_biases};
 
 use crate::folder::Folder;
 use crate::problems::Stream;
@@ -29,6 +30,10 @@ fn fit(noise: f64, input: &str, seed: u64) -> Calibration {
 
 /// The same where the clock of the logged angle is ahead by this (s).
 fn fit_of_clocks(noise: f64, input: &str, seed: u64, ahead: f64) -> Calibration {
+    fit_of_model(MODEL, noise, input, seed, ahead)
+}
+
+fn fit_of_model(model: &str, noise: f64, input: &str, seed: u64, ahead: f64) -> Calibration {
     let mut stream = Stream(seed);
     let mut logged = String::from("time [s],angle [rad]\n");
     for n in 0..6001 {
@@ -51,7 +56,7 @@ fn fit_of_clocks(noise: f64, input: &str, seed: u64, ahead: f64) -> Calibration 
     );
     let files = [
         ("campaign.toml", &*campaign),
-        ("gyro.toml", MODEL),
+        ("gyro.toml", model),
         ("logged.csv", &*logged),
         ("read.csv", &*read),
     ];
@@ -82,6 +87,43 @@ fn noise_of_a_smoothed_stream_is_in_the_weights() {
     // What is stated of the input says nothing of its rate.
     let stated = fit(noise, "[inputs]\nangle = { sigma = \"2 mrad\" }", 5);
     assert!((added(&stated)[0] / due - 1.0).abs() < 0.15, "{:?}", added(&stated));
+}
+
+/// Whichever way the smoothing was chosen, what it leaves of the noise is counted.
+#[test]
+fn noise_of_a_stream_without_stated_smoothing_is_in_the_weights() {
+    let model = MODEL.replace(", smooth = \"0.4 s\"", "");
+    for input in ["", "[inputs]\nangle = { sigma = \"5 mrad\" }"] {
+        let found = fit_of_model(&model, 5e-3, input, 6, 0.0);
+        assert!(added(&found)[0] > 0.5 * GYRO, "{input}: {:?}", added(&found));
+        let factor = found.variance_factor().unwrap();
+        assert!((factor - 1.0).abs() < 0.12, "{input}: {factor}");
+    }
+}
+
+/// A gain of a noisy rate is too small by the variance of the noise over that of the rate.
+#[test]
+fn a_gain_that_the_noise_of_a_rate_attenuates_is_named_with_its_bias() {
+    let found = fit(0.05, "", 7);
+    let gain = found.estimates().into_iter().find(|one| one.name == "gain").unwrap();
+    let off = gain.value.unwrap() - 1.0;
+    let biases = stream_biases(&found);
+    let [one] = &biases[..] else { panic!("{biases:?}") };
+    assert_eq!((one.estimate.name.as_str(), one.by), ("gain", Cause::Noise));
+    assert!(off < -0.015 && (one.bias / off - 1.0).abs() < 0.4, "{} for {off}", one.bias);
+}
+
+/// Smoothing over half a period of the motion takes some of it off: the gain is too large.
+#[test]
+fn a_gain_of_a_motion_that_is_smoothed_away_is_named_with_its_bias() {
+    let found = fit(1e-4, "[inputs]\nangle = { smooth = \"3 s\" }", 8);
+    let gain = found.estimates().into_iter().find(|one| one.name == "gain").unwrap();
+    let off = gain.value.unwrap() - 1.0;
+    let biases = stream_biases(&found);
+    let one = biases.iter().find(|one| one.estimate.name == "gain").unwrap();
+    assert_eq!(one.by, Cause::Smoothing);
+    assert!(off > 0.01 && (one.bias / off - 1.0).abs() < 0.3, "{} for {off}", one.bias);
+    assert!(stream_biases(&fit(1e-6, "", 8)).is_empty());
 }
 
 #[test]

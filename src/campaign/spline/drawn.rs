@@ -8,7 +8,7 @@ use crate::campaign::spline::Spline;
 const DRAWN: usize = 200_000;
 
 impl Spline {
-    /// The curve with one draw of its error. `None` where no time constant was given.
+    /// The curve with one draw of its error. `None` of a curve that was made of others.
     ///
     /// Its error is noise of the raw values (`sigma`, else their scatter about the curve), smoothed
     /// as they were, and what smoothing takes off the motion: what it takes off the curve, smoothed
@@ -25,7 +25,7 @@ impl Spline {
     }
 
     /// The curve with a multiple of as much noise again as the raw values have brought into it, one
-    /// draw. `None` where no time constant was given.
+    /// draw. `None` of a curve that was made of others.
     pub(crate) fn noisier(
         &self,
         sigma: Option<f64>,
@@ -34,6 +34,14 @@ impl Spline {
     ) -> Option<Self> {
         let noise = self.smoothed_noise(&vec![0.0; self.knots.len()], sigma, normal)?;
         Self::sum(0.0, &[(1.0, self), (times, &noise)])
+    }
+
+    /// The curve smoothed once more in the same way: what that takes off it is nearly what was taken off
+    /// the motion. `None` of a curve that was made of others.
+    pub(crate) fn smoothed_again(&self) -> Option<Self> {
+        let values: Vec<f64> = self.pieces.values().chain([self.ends[1]]).collect();
+        let again = self.smoothed_noise(&values, Some(0.0), &mut || 0.0)?;
+        Some(Self { gaps: self.gaps.clone(), ..again })
     }
 
     /// Values at the first knots with noise of the raw values, smoothed as these were.
