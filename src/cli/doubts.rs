@@ -7,8 +7,10 @@ use crate::estimate::between_runs::{Differing, delays_that_differ};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::farthest::{Farthest, farthest};
 use crate::estimate::global::misfit;
+use crate::estimate::overstated::{Overstated, overstated};
 use crate::estimate::unrecorded::{Unrecorded, unrecorded};
 use crate::report::figure;
+use crate::report::text::{residual_unit, unit_of};
 use crate::units::{Dimension, Unit, decimal};
 
 /// Residuals larger than stated by so much are no matter of uncertainties.
@@ -25,6 +27,7 @@ pub(super) fn tell(fit: &Calibration, quiet: bool) {
         return;
     }
     render::all(&spoilt(fit).into_iter().collect::<Vec<_>>());
+    render::all(&overstated(fit).iter().map(|one| small(fit, one)).collect::<Vec<_>>());
     render::all(&delays_that_differ(fit).iter().map(differing).collect::<Vec<_>>());
     tell_of_logs(fit);
 }
@@ -97,7 +100,7 @@ pub(super) fn tell_beside_delays(fit: &Calibration, quiet: bool) {
 /// Readings so far off the model that nothing that rests on it can be right.
 fn spoilt(fit: &Calibration) -> Option<Diagnostic> {
     let times = fit.variance_factor().map_or(0.0, f64::sqrt);
-    (fit.is_sound() && times > SPOILT).then(|| {
+    (fit.has_settled() && times > SPOILT).then(|| {
         let message = format!(
             "the residuals of the joint fit are {} times as large as stated: readings or the model are wrong",
             decimal(times, 0)
@@ -109,6 +112,24 @@ fn spoilt(fit: &Calibration) -> Option<Diagnostic> {
             None => warning,
         }
     })
+}
+
+/// A measurand that scatters far less than stated, which the global test does not show.
+fn small(fit: &Calibration, one: &Overstated) -> Diagnostic {
+    let Overstated { measurand, of, scatter, stated } = one;
+    let of = of.as_ref().map_or_else(String::new, |of| format!(" in campaign `{of}`"));
+    let size = |size: f64| figure::size(size, &residual_unit(size, &unit_of(fit, measurand)));
+    let times = one.times();
+    let message = format!(
+        "the residuals of `{measurand}`{of} are {} times smaller than stated (is its unit right?)",
+        decimal(times, if times < 10.0 { 1 } else { 0 })
+    );
+    let help = format!(
+        "they scatter by {}, stated is {}: check the unit in the header of its column, and its `sigma` in [measurands]",
+        size(*scatter),
+        size(*stated)
+    );
+    Diagnostic::warning(message).help(help)
 }
 
 /// Stretches of rows that are listed.

@@ -101,9 +101,7 @@ impl fmt::Display for Outcome {
                 "The fit converged: what is left to go is far below the standard uncertainties."
             }
             Self::Near => {
-                "The fit ended less than a fifth of the standard uncertainties from its solution: \
-                 the model may jump there, as with the sign of a noisy rate. Smoother signals \
-                 (`smooth`) may help."
+                "The fit ended less than a fifth of the standard uncertainties from its solution."
             }
             Self::Stalled => {
                 "The fit stalled: no step lowers the sum of squares any more, but the unknowns \

@@ -130,7 +130,12 @@ pub enum Refused {
 impl Calibration {
     /// Whether the numbers can be used: converged, and all is determined.
     pub fn is_sound(&self) -> bool {
-        self.unobservable.is_empty() && self.refused.is_empty() && self.fit.outcome.is_result()
+        self.unobservable.is_empty() && self.has_settled()
+    }
+
+    /// Whether the fit is a solution, though it may not determine everything.
+    pub fn has_settled(&self) -> bool {
+        self.refused.is_empty() && self.fit.outcome.is_result()
     }
 
     /// Number of unknowns.

@@ -21,9 +21,10 @@ pub fn p_value(result: &Calibration) -> Option<f64> {
 }
 
 /// By how many times residuals are as large as stated, where the test rejects that they agree and
-/// the difference is worth a word; `None` where they agree, or the fit is not sound.
+/// the difference is worth a word; `None` where they agree, or the fit is no solution. Residuals are
+/// as large whether or not every parameter is determined.
 pub fn misfit(result: &Calibration) -> Option<f64> {
     let rejects = p_value(result).is_some_and(|p| p < LEVEL);
     let ratio = result.variance_factor().map_or(1.0, f64::sqrt);
-    (result.is_sound() && rejects && !(1.0 / RATIO..RATIO).contains(&ratio)).then_some(ratio)
+    (result.has_settled() && rejects && !(1.0 / RATIO..RATIO).contains(&ratio)).then_some(ratio)
 }

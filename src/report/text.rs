@@ -8,6 +8,7 @@ use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::correlations::covariance_of_estimates;
 use crate::estimate::delays::Delays;
+use crate::estimate::jumps::may_jump;
 use crate::estimate::linear_range::beyond_range;
 use crate::estimate::noise::Noise;
 use crate::estimate::transformation::From;
@@ -153,7 +154,13 @@ pub fn trouble(result: &Calibration) -> String {
     if !result.fit.outcome.is_result() {
         text.push_str(&format!("\nno result: {}\n", result.fit.outcome));
     } else if result.fit.outcome == Outcome::Near {
-        text.push_str(&format!("{}\n", result.fit.outcome));
+        let why = match may_jump(&result.problem) {
+            true => {
+                " The model may jump there, as with the sign of a noisy rate: smoother signals (`smooth`), or `tanh` in place of `sign`, may help."
+            }
+            false => "",
+        };
+        text.push_str(&format!("{}{why}\n", result.fit.outcome));
     }
     text.push_str(&held(result));
     for one in &result.refused {

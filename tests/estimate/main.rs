@@ -38,6 +38,7 @@ mod nothing_moves;
 mod observability;
 mod other_turns;
 mod other_values;
+mod overstated;
 mod practice;
 mod real_recordings;
 mod remedies;
