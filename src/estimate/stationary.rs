@@ -21,6 +21,8 @@ pub(super) struct Stationary {
     name: String,
     parameter: String,
     value: String,
+    /// What `start` may be; the user chooses the component.
+    start: String,
 }
 
 impl Stationary {
@@ -45,13 +47,28 @@ impl Stationary {
             change > CHANGE.0.max(CHANGE.1 * cost)
         };
         sizes.iter().any(|size| acts(*size) || acts(-size)).then(|| {
-            let value = point.components(layout, index).get(component).copied().unwrap_or(0.0);
+            let values = point.components(layout, index);
+            let shown = |value: f64| {
+                let symbol = &instance.unit.symbol;
+                format!("{} {symbol}", number(instance.unit.from_si(value)))
+                    .trim_end_matches(" 1")
+                    .to_owned()
+            };
+            // A start needs few digits.
+            let rounded = |value: f64| format!("{value:.3e}").parse().unwrap_or(value);
+            let each = (0..instance.dimension()).map(|own| match own == component {
+                true => "\"...\"".to_owned(),
+                false => format!("\"{}\"", shown(rounded(values[own]))),
+            });
+            let each: Vec<String> = each.collect();
             Self {
                 name: component_names(problem, index).swap_remove(component),
                 parameter: instance.name.clone(),
-                value: format!("{} {}", number(instance.unit.from_si(value)), instance.unit.symbol)
-                    .trim_end_matches(" 1")
-                    .to_owned(),
+                value: shown(values.get(component).copied().unwrap_or(0.0)),
+                start: match &each[..] {
+                    [only] => only.clone(),
+                    several => format!("[{}]", several.join(", ")),
+                },
             }
         })
     }
@@ -66,6 +83,7 @@ impl Stationary {
 
     /// What helps.
     pub(super) fn remedy(&self) -> String {
-        format!("start it elsewhere: [parameters] {} = {{ start = \"...\" }}", self.parameter)
+        let Self { parameter, start, .. } = self;
+        format!("start it elsewhere: [parameters] {parameter} = {{ start = {start} }}")
     }
 }

@@ -28,3 +28,30 @@ fn a_square_at_zero_is_said_and_is_determined_from_elsewhere() {
     let found = fit("silent", &silent, "");
     assert!(found.unobservable[0].words.contains("has no effect on any reading"));
 }
+
+#[test]
+fn the_start_of_a_vector_is_a_list_of_three() {
+    let scales = Scales::new();
+    let vector = SCALE
+        .replace("a = { unit", "a = { kind = \"vector\", unit")
+        .replace("value = 'a'", "value = '(a.x * a.x + a.y * a.y) / (1 m) + a.z'");
+    let fit = |name: &str, head: &str| {
+        let folder = scales.written(
+            name,
+            &vector,
+            "",
+            head,
+            "x = { sigma = \"1 mm\" }",
+            "m",
+            &[0.25, 0.251, 0.249],
+        );
+        calibrate(open(&Request::new([folder])).unwrap().problem, &Options::default()).unwrap()
+    };
+    let found = fit("vector", "");
+    let remedies: Vec<&str> = found.unobservable.iter().map(|one| one.remedy.as_str()).collect();
+    let due = "a = { start = [\"...\", \"0 m\", \"0.25 m\"] }";
+    assert!(remedies.iter().any(|remedy| remedy.contains(due)), "{remedies:?}");
+    // It is read as it is printed, once the open component is put in.
+    let line = due.replace("...", "0.1 m");
+    fit("started", &line);
+}
