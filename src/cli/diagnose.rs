@@ -172,6 +172,11 @@ fn typed(value: &str) -> String {
     }
 }
 
+/// An option with each of its values, as it is typed into a shell.
+fn in_shell((option, values): (&str, Vec<String>)) -> Vec<String> {
+    values.iter().map(|value| format!("{option} {}", typed(value))).collect()
+}
+
 /// A variance factor, with what was found and by the noise as stated, beyond which it is asked whether a convention was
 /// mistaken.
 const BAD: f64 = 4.0;
@@ -242,6 +247,7 @@ impl Diagnose {
                 let asked = Asked {
                     campaigns: &campaigns.join(" "),
                     options: &self.given(),
+                    beside: &self.beside(),
                     out: out.as_deref(),
                     top: self.top,
                     mistaken: mistaken.as_ref().map(|one| (one, load::runs(&loaded.campaigns))),
@@ -272,10 +278,15 @@ impl Diagnose {
             ("--leave-out", leave_out.iter().map(path).collect()),
             ("--with", with.clone()),
         ];
-        let of = |(option, values): (&str, Vec<String>)| -> Vec<String> {
-            values.iter().map(|value| format!("{option} {}", typed(value))).collect()
-        };
-        options.into_iter().flat_map(of).collect()
+        let skip = self.common.skip_bad_rows.then(|| "--skip-bad-rows".to_owned());
+        options.into_iter().flat_map(in_shell).chain(skip).collect()
+    }
+
+    /// The options of this command that an estimate does not have.
+    fn beside(&self) -> Vec<String> {
+        let held_out = self.holdout.iter().map(|path| path.display().to_string()).collect();
+        let options = [("--prior", self.prior.clone()), ("--holdout", held_out)];
+        self.library.given().into_iter().chain(options).flat_map(in_shell).collect()
     }
 
     /// Another campaign, read as the first ones were.

@@ -26,6 +26,11 @@ impl WantedArguments {
         !(self.only.is_empty() && self.without.is_empty())
     }
 
+    /// The options as they were given.
+    pub(super) fn given(&self) -> [(&'static str, Vec<String>); 2] {
+        [("--without", self.without.clone()), ("--only", self.only.clone())]
+    }
+
     /// As asked for, if the library has all of them.
     pub(super) fn wanted(&self, recipes: &[Recipe]) -> Result<Wanted, Failure> {
         for name in self.without.iter().chain(&self.only) {

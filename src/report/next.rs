@@ -17,6 +17,8 @@ pub struct Asked<'a> {
     pub campaigns: &'a str,
     /// The options that an estimate needs, too.
     pub options: &'a [String],
+    /// The options beside them that a diagnosis alone needs.
+    pub beside: &'a [String],
     /// The folder into which tables are written, if one was named.
     pub out: Option<&'a str>,
     /// Candidates that are shown at most.
@@ -27,7 +29,14 @@ pub struct Asked<'a> {
 
 impl Default for Asked<'_> {
     fn default() -> Self {
-        Self { campaigns: "CAMPAIGN", options: &[], out: None, top: None, mistaken: None }
+        Self {
+            campaigns: "CAMPAIGN",
+            options: &[],
+            beside: &[],
+            out: None,
+            top: None,
+            mistaken: None,
+        }
     }
 }
 
@@ -86,12 +95,19 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
             .chain(leave_out)
             .chain(noise)
             .collect();
-        text.push_str(&format!(
-            "\nNext: `homepoint calibrate {campaigns} {}`\n",
-            options.join(" ")
-        ));
+        let calibrate = format!("`homepoint calibrate {campaigns} {}`\n", options.join(" "));
         if leaves_out && asked.out.is_none() {
-            text.push_str(&format!("      after `homepoint diagnose {campaigns} --out DIR`, which lists there what is left out\n"));
+            let same: Vec<&str> = [campaigns]
+                .into_iter()
+                .chain(asked.options.iter().map(String::as_str))
+                .chain(asked.beside.iter().map(String::as_str))
+                .collect();
+            text.push_str(&format!(
+                "\nNext: `homepoint diagnose {} --out DIR`, which writes DIR/left_out.csv;\n      then {calibrate}",
+                same.join(" ")
+            ));
+        } else {
+            text.push_str(&format!("\nNext: {calibrate}"));
         }
         text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
     }

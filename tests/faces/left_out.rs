@@ -119,3 +119,18 @@ fn what_a_diagnosis_leaves_out_is_left_out_of_the_estimate_that_it_names() {
     let due = delay(&["calibrate", "C"]);
     assert!((without - due).abs() < 0.05 * (with - due).abs(), "{with} {without} {due}");
 }
+
+#[test]
+fn the_table_that_the_next_command_reads_is_made_first_with_the_options_of_the_call() {
+    let folder = tempfile::tempdir().unwrap();
+    campaign(folder.path(), Some(60));
+    let set = "distance.delay=0 s";
+    let output = run(&["diagnose", "C", "--without", "air_drag", "--set", set], folder.path());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let options = format!("C --set '{set}'");
+    let make = format!("Next: `homepoint diagnose {options} --without air_drag --out DIR`");
+    let read = format!("then `homepoint calibrate {options} ");
+    let place = |what: &str| text.find(what).unwrap_or_else(|| unreachable!("{what}: {text}"));
+    assert!(place(&make) < place(&read), "{text}");
+    assert!(text.contains("--leave-out DIR/left_out.csv`"), "{text}");
+}
