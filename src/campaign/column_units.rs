@@ -118,12 +118,27 @@ pub(super) fn read_unit(
                 "the campaign says that `{name}` is in `{}`, the file says `{}`",
                 stated.symbol, unit.symbol
             );
-            let help = format!(
-                "where the file is wrong, convert the column: \"COLUMN * {}\"",
-                stated.factor / unit.factor
-            );
+            let help = contradiction(want, name, (&stated, &unit));
             Err(Box::new((Diagnostic::error(message).help(help), whole)))
         }
         _ => Ok(unit),
     }
+}
+
+/// What to do where the campaign states one unit of a column and the header another one.
+fn contradiction(want: &Wanted, name: &str, (stated, unit): (&Unit, &Unit)) -> String {
+    let symbol = &stated.symbol;
+    if want.name == TIME {
+        // The time is no formula.
+        return format!(
+            "where the header is right, leave the unit out of `columns`, which beside a run counts for its data and all its streams; where the header is wrong, write `{name} [{symbol}]` there"
+        );
+    }
+    let is_name = name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let column = if is_name { name } else { "COLUMN" };
+    format!(
+        "where the header is right, leave the unit out of `columns`; where it is wrong, convert the column: {} = \"{column} * {}\"",
+        want.name,
+        stated.factor / unit.factor
+    )
 }

@@ -64,6 +64,7 @@ impl CampaignFile {
             skipped: Vec::new(),
             skipped_count: 0,
             left_out: Vec::new(),
+            streamed: Vec::new(),
             recognised: Vec::new(),
             timing: self.timing.clone(),
             request_to_reply: Vec::new(),
@@ -321,6 +322,7 @@ impl CampaignFile {
                 runs.push(Run { name: entry.name.text.clone(), setup, role: entry.role, record });
             }
         }
+        loader.tell_outside();
         // Of a campaign without any reading that is said once, where readings are needed.
         if runs.iter().any(|run| reads(&run.record)) {
             loader.warnings.extend(empty.into_iter().map(|name| {

@@ -12,6 +12,7 @@ use crate::campaign::header::Wanted;
 use crate::campaign::loaded::LeftOut;
 use crate::campaign::recorder::Store;
 use crate::campaign::spline::Smoothing;
+use crate::campaign::streamed::Streamed;
 use crate::campaign::table::{Skipped, Table, TableError};
 use crate::campaign::timing::Timing;
 use crate::campaign::timing::replies::RequestToReply;
@@ -49,6 +50,8 @@ pub(crate) struct Loader<'a> {
     pub(crate) skipped: Vec<Skipped>,
     pub(crate) skipped_count: usize,
     pub(crate) left_out: Vec<LeftOut>,
+    /// Where samples and streams of the runs read so far lie.
+    pub(crate) streamed: Vec<Streamed>,
     /// What was recognised of the layout of files.
     pub(crate) recognised: Vec<String>,
     pub(crate) store: &'a mut Store,

@@ -16,7 +16,7 @@ use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Spline, is_pause, mean_spacing};
 use crate::campaign::steps::steps;
 use crate::campaign::table::Table;
-use crate::campaign::time_units::coarse;
+use crate::campaign::time_units::{Stamps, coarse};
 use crate::diagnostic::Diagnostic;
 use crate::model::InputDeclaration;
 
@@ -54,7 +54,8 @@ impl Loader<'_> {
         told.extend(without_glitches(input, &mut times, &mut values, zero));
         told.extend(steps(input, &times, &values));
         let shown: Vec<f64> = times.iter().map(|time| time + zero).collect();
-        told.extend(coarse(&shown, self.inputs[index].smoothing));
+        let stamps = Stamps::of(entry, stream);
+        told.extend(coarse(&shown, self.inputs[index].smoothing, stamps.as_ref()));
         let run = |one: Diagnostic| Diagnostic {
             message: format!("run `{}`: {}", entry.name.text, one.message),
             ..one

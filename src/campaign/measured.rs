@@ -13,9 +13,9 @@ use crate::campaign::recorder::Recorder;
 use crate::campaign::samples::{Samples, shape};
 use crate::campaign::signal::Track;
 use crate::campaign::table::Table;
+use crate::campaign::time_units::Stamps;
 use crate::campaign::timing::COLUMNS;
 use crate::campaign::timing::captures::Captures;
-use crate::diagnostic::Diagnostic;
 use crate::document::entries::Named;
 
 /// The most rows of a stream: it is held in memory as a whole.
@@ -93,6 +93,8 @@ impl Loader<'_> {
             inputs.push(track);
         }
         let beside_it: Vec<(String, Intervals)> = streams.iter().map(stream_intervals).collect();
+        let stamps: Vec<Stamps> =
+            [&table].into_iter().chain(&streams).filter_map(|one| Stamps::of(entry, one)).collect();
         drop(streams);
         if table.column(TIME).is_none() && inputs.iter().any(Track::moves) {
             let message = format!("`{}` has no column `time [s]`", data.text);
@@ -100,13 +102,14 @@ impl Loader<'_> {
             self.reader.fault(data.span, message, help);
         }
         self.check_readings(data, &table);
-        let mut intervals = Intervals::default();
-        let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs, &mut intervals);
+        let mut readings = Readings::default();
+        let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs, &mut readings);
         if table.column(TIME).is_some() && self.timing.is_none() {
-            self.tell_clocks(entry, &mut intervals, &table.name(), beside_it);
+            self.tell_clocks(entry, &mut readings.intervals, &table.name(), beside_it);
         }
         self.note_read(&mut table);
-        record.filter(|_| self.reader.count() == before)
+        let is_within = record.is_none() || self.tell_left_out(entry, &inputs, &readings, stamps);
+        record.filter(|_| is_within && self.reader.count() == before)
     }
 
     /// Faults streams of inputs without stamps.
@@ -156,16 +159,16 @@ impl Loader<'_> {
         table: &mut Table,
         mut captures: Option<&mut Captures>,
         inputs: &[Track],
-        intervals: &mut Intervals,
+        readings: &mut Readings,
     ) -> Option<Record> {
         let begin = |this: &Self| {
             let input = |index: usize| {
                 Captured::new(&this.model.inputs[index].name, this.inputs[index].period)
             };
             let recorder = Recorder::new(inputs, column_count(this.model));
-            (recorder, (0..inputs.len()).map(input).collect(), Readings::default())
+            (recorder, (0..inputs.len()).map(input).collect())
         };
-        let (mut recorder, mut captured, mut readings): (_, Vec<Captured>, _) = begin(self);
+        let (mut recorder, mut captured): (_, Vec<Captured>) = begin(self);
         let mut samples = Samples::default();
         shape(&mut samples, inputs, column_count(self.model));
         // The tracks without columns, too, for they say where they have values.
@@ -174,8 +177,8 @@ impl Loader<'_> {
         while self.more(data, table, BLOCK)? {
             if table.begins_sorted() {
                 // Rows that came before were not in their order.
-                (recorder, captured, readings) = begin(self);
-                *intervals = Intervals::default();
+                (recorder, captured) = begin(self);
+                *readings = Readings::default();
             }
             if let Some(captures) = &mut captures {
                 captures.refer(self, table)?;
@@ -186,7 +189,7 @@ impl Loader<'_> {
                 samples.time.resize(count, 0.0);
             }
             if is_timed {
-                intervals.take(&samples.time, &table.lines);
+                readings.intervals.take(&samples.time, &table.lines);
             }
             let mut usable = vec![true; count];
             let tracks = samples.inputs.iter_mut().zip(&self.inputs);
@@ -197,8 +200,8 @@ impl Loader<'_> {
                     corrections.correct_track(track);
                 }
             }
-            self.take_readings(table, &mut samples, &mut readings);
-            self.leave_out(&mut samples, &usable, &mut readings);
+            self.take_readings(table, &mut samples, readings);
+            self.leave_out(&mut samples, &usable, readings);
             if let Err(error) = recorder.push(self.store, &samples) {
                 self.cannot_keep(entry, &error);
                 return None;
@@ -212,7 +215,6 @@ impl Loader<'_> {
             let message = format!("run `{}` has no value in column `{name}`", entry.name.text);
             self.reader.fault(entry.name.span, message, "");
         }
-        self.tell_left_out(entry, inputs, &readings);
         match recorder.finish(self.store) {
             Ok(record) if is_timed => Some(self.without_held(entry, record)),
             Ok(record) => Some(record),
@@ -220,68 +222,6 @@ impl Loader<'_> {
                 self.cannot_keep(entry, &error);
                 None
             }
-        }
-    }
-
-    /// Where an input comes from in this run.
-    fn track(&mut self, index: usize, entry: &RunEntry, data: &Table, streams: &[Table]) -> Track {
-        let model = self.model;
-        let input = &model.inputs[index];
-        let constant = entry.inputs.iter().find(|(name, _)| name.text == input.name);
-        let streams: Vec<_> = streams.iter().filter(|t| t.column(&input.name).is_some()).collect();
-        let captured = data.values(&input.name).is_some();
-        if usize::from(constant.is_some()) + usize::from(captured) + streams.len() > 1 {
-            let message = format!("run `{}` has `{}` twice", entry.name.text, input.name);
-            let help =
-                "it is a column of the data, of one stream, or a constant of the run: keep one";
-            self.reader.fault(entry.name.span, message, help);
-            return Track::Absent;
-        }
-        if let Some((_, quantity)) = constant {
-            self.reader.accept(quantity, &format!("`{}`", input.name), &input.unit);
-            let mut constant = Track::Constant(quantity.value);
-            if let Some(corrections) = &self.inputs[index].corrections {
-                corrections.correct_track(&mut constant);
-            }
-            return constant;
-        }
-        if captured {
-            return self.captured(index, data);
-        }
-        match streams.first() {
-            Some(stream) => self.logged(index, entry, stream),
-            None => {
-                if self.inputs[index].needed {
-                    let message =
-                        format!("run `{}` has no column `{}`", entry.name.text, input.name);
-                    let symbol = &input.unit.symbol;
-                    let help = format!(
-                        "write it as `{} [{symbol}]`, as a stream in `signals`, or as a constant in `inputs`; columns found: {}",
-                        input.name,
-                        data.names()
-                    );
-                    self.reader.fault(entry.name.span, message, help);
-                }
-                Track::Absent
-            }
-        }
-    }
-
-    /// An input recorded with each sample: which columns it has.
-    fn captured(&mut self, index: usize, data: &Table) -> Track {
-        let input = &self.model.inputs[index];
-        let [_, rate, acceleration] = columns_of(&input.name);
-        if let (None, Some(column)) = (data.column(&rate), data.column(&acceleration)) {
-            self.reader.report(
-                Diagnostic::error(format!("`{acceleration}` needs `{rate}` beside it"))
-                    .at(data.header_place(column)),
-            );
-        }
-        let empty = |name: &str| data.column(name).map(|_| Vec::new());
-        Track::Captured {
-            value: Vec::new(),
-            rate: empty(&rate),
-            acceleration: empty(&acceleration),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The readings of one measured run: which are there, and which may be used.
 
+use crate::campaign::clock::Intervals;
 use crate::campaign::columns::reading_columns;
 use crate::campaign::declared::RunEntry;
 use crate::campaign::delay_range;
@@ -8,12 +9,12 @@ use crate::campaign::loader::Loader;
 use crate::campaign::samples::Samples;
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
+use crate::campaign::streamed::Streamed;
 use crate::campaign::table::Table;
-use crate::campaign::time_units::{read_in, unit_of};
+use crate::campaign::time_units::Stamps;
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::document::entries::Named;
 use crate::graph::MeasurandKind;
-use crate::units::decimal;
 
 /// A quaternion whose norm is further from 1 is not one.
 const NORM_TOLERANCE: f64 = 1e-2;
@@ -30,6 +31,8 @@ pub(crate) struct Readings {
     span: Option<(f64, f64)>,
     /// Measurands of which a quaternion was found to be none.
     faulty: Vec<usize>,
+    /// Intervals of the stamps.
+    pub(crate) intervals: Intervals,
 }
 
 impl Loader<'_> {
@@ -159,8 +162,15 @@ impl Loader<'_> {
         }
     }
 
-    /// Tells what was left out of a run; a fault where most of it was.
-    pub(crate) fn tell_left_out(&mut self, entry: &RunEntry, inputs: &[Track], known: &Readings) {
+    /// Tells what was left out of a run, and notes where its streams lie. Whether enough of it is
+    /// within them: a fault otherwise, which waits for the streams of the other runs.
+    pub(crate) fn tell_left_out(
+        &mut self,
+        entry: &RunEntry,
+        inputs: &[Track],
+        known: &Readings,
+        stamps: Vec<Stamps>,
+    ) -> bool {
         let Readings { read: all, lacking, outside, .. } = *known;
         let run = entry.name.text.clone();
         if lacking > 0 {
@@ -169,106 +179,21 @@ impl Loader<'_> {
         }
         if outside > 0 {
             let why = delay_range::words(self.delay_range.hull());
-            self.left_out.push(LeftOut { run: run.clone(), samples: outside, why });
+            self.left_out.push(LeftOut { run, samples: outside, why });
         }
-        if 2 * outside > all {
-            let zero = if self.timing.is_none() { self.store.zero(None) as f64 } else { 0.0 };
-            let spans: Vec<String> = inputs
-                .iter()
-                .zip(&self.model.inputs)
-                .filter_map(|(track, input)| match track {
-                    Track::Logged(spline) => Some(held(&input.name, spline, zero)),
-                    _ => None,
-                })
-                .take(3)
-                .collect();
-            let has_gaps = |track: &Track| matches!(track, Track::Logged(one) if one.gaps().0 > 0);
-            let even = if inputs.iter().any(has_gaps) {
-                "; a stream that is logged only when its value changes has gaps: log it at an even rate"
-            } else {
-                ""
-            };
-            let (first, last) = known.span.unwrap_or_default();
-            let message = format!(
-                "{outside} of {all} samples of run `{run}` lie outside its streams, or in gaps of them"
-            );
-            let help = format!(
-                "the samples go from {} s to {} s, the streams hold {}; a margin of delay_range = {} is kept{even}{}",
-                decimals(first + zero, 3),
-                decimals(last + zero, 3),
-                spans.join(", "),
-                self.delay_range.written(|text| format!("\"{text}\"")),
-                proposed(inputs, (first, last), outside == all)
-            );
-            let span = entry.signals.first().map_or(entry.name.span, |stream| stream.name.span);
-            self.reader.fault(span, message, help);
+        let zero = if self.timing.is_none() { self.store.zero(None) as f64 } else { 0.0 };
+        let mut one = Streamed::new(entry, (inputs, &self.model.inputs), known.span, zero);
+        (one.counts, one.stamps) = ((outside, all), stamps);
+        self.streamed.push(one);
+        2 * outside <= all
+    }
+
+    /// Faults runs of which most samples lie outside their streams, when all runs are read.
+    pub(crate) fn tell_outside(&mut self) {
+        let all = std::mem::take(&mut self.streamed);
+        for one in all.iter().filter(|one| one.is_outside()) {
+            let (message, help) = one.words(&all, &self.delay_range);
+            self.reader.fault(one.span, message, help);
         }
     }
-}
-
-/// Half the range of delays (s) that is proposed where clocks are far apart, at least, or this part of
-/// how long the samples last.
-const LEAST_APART: f64 = 5.0;
-const PART_APART: f64 = 0.125;
-/// Time zones are halves of an hour (s) apart, so many at most; recordings of one motion begin within
-/// so much (s) of each other.
-const HALF_AN_HOUR: f64 = 1800.0;
-const MOST_HALVES: f64 = 28.0;
-const ALIKE: f64 = 60.0;
-
-/// What to write where samples and streams last so differently that their times are in different
-/// units, where clocks are so far apart that no sample lies within the streams, and where the margin
-/// is larger than that of some that do.
-fn proposed(inputs: &[Track], (first, last): (f64, f64), are_all_outside: bool) -> String {
-    let spans = inputs.iter().filter_map(|track| match track {
-        Track::Logged(spline) => Some(spline.span()),
-        _ => None,
-    });
-    let Some((from, to)) = spans.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1))) else {
-        return String::new();
-    };
-    let times = (last - first) / (to - from);
-    let longer = if times > 1.0 { "samples" } else { "streams" };
-    if let Some(unit) = unit_of(times.max(times.recip())).filter(|_| times > 0.0) {
-        return format!(
-            "; the {longer} last {:.0} times as long: are their times in {unit}? {}",
-            times.max(times.recip()),
-            read_in(unit)
-        );
-    }
-    // Most of the samples would be within the streams.
-    if 2.0 * (last.min(to) - first.max(from)) > last - first {
-        return "; a smaller delay_range keeps a smaller margin, and a pair for clocks that differ to one side, as in [\"0 s\", \"2 s\"], one at one end".to_owned();
-    }
-    if !are_all_outside || (last >= from && first <= to) {
-        return String::new();
-    }
-    let (low, high) = ((from - first).min(to - last), (from - first).max(to - last));
-    let middle = 0.5 * (low + high);
-    let least = LEAST_APART.min(PART_APART * (last - first));
-    let half = (0.5 * (high - low)).max(least);
-    let places = if half >= 1.0 { 0 } else { 2 };
-    let [low, high] = [middle - half, middle + half].map(|at| decimal(at, places));
-    let halves = (middle / HALF_AN_HOUR).round();
-    let zone = (middle - halves * HALF_AN_HOUR).abs() <= half.max(ALIKE)
-        && halves != 0.0
-        && halves.abs() <= MOST_HALVES;
-    let zone = match zone {
-        true => format!(" ({} h: a time zone?)", 0.5 * halves.abs()),
-        false => String::new(),
-    };
-    format!("; if their clocks are apart{zone}, write delay_range = [\"{low} s\", \"{high} s\"]")
-}
-
-/// What a stream holds of an input, in words.
-fn held(name: &str, spline: &Spline, zero: f64) -> String {
-    let ((from, to), (gaps, longest)) = (spline.span(), spline.gaps());
-    let (from, to) = (from + zero, to + zero);
-    let [from, to, longest] = [from, to, longest].map(|time| decimals(time, 3));
-    let gaps = match gaps {
-        0 => String::new(),
-        1 => format!(" with a gap of {longest} s"),
-        _ => format!(" with {gaps} gaps of up to {longest} s"),
-    };
-    format!("`{name}` from {from} s to {to} s{gaps}")
 }

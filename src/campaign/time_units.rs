@@ -3,43 +3,160 @@
 //!
 //! It reads no file and changes no time.
 
+use crate::campaign::declared::RunEntry;
+use crate::campaign::header::{TIME, split};
 use crate::campaign::spline::{Smoothing, mean_spacing};
+use crate::campaign::table::Table;
+use crate::campaign::wanted::ADDED;
 use crate::diagnostic::{Diagnostic, decimals};
+use crate::units::Unit;
 
 /// Units of time that programs write, in parts of a second.
-const UNITS: [(f64, &str); 3] = [(1e3, "ms"), (1e6, "us"), (1e9, "ns")];
+const UNITS: [(f64, &str); 4] = [(1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")];
 /// Durations within such a factor of each other are alike.
 const ALIKE: f64 = 4.0;
 
-/// The unit in which the times of the longer of two recordings may be, if it lasts `times` as long as
-/// the other one.
-pub(super) fn unit_of(times: f64) -> Option<&'static str> {
-    let is_alike = |size: &f64| (size.recip() * times.abs()).ln().abs() < ALIKE.ln();
+/// The unit of which a second has so many, about.
+fn unit_of(parts: f64) -> Option<&'static str> {
+    let is_alike = |size: &f64| (size.recip() * parts.abs()).ln().abs() < ALIKE.ln();
     UNITS.iter().find(|(size, _)| is_alike(size)).map(|(_, unit)| *unit)
+}
+
+/// What the stamps of a file of a run are said to be.
+#[derive(Clone, Debug)]
+pub(crate) struct Stamps {
+    /// Its name in the campaign.
+    file: String,
+    /// All streams of the run, of a stream; else it is the data.
+    streams: Option<Vec<String>>,
+    /// The column as `columns` names it, without its unit; `None` where it is not to be shown or is
+    /// a sum of columns.
+    column: Option<Result<String, usize>>,
+    /// Whether the header states the unit.
+    in_header: bool,
+    unit: Unit,
+    /// How long it lasts (s), of a stream.
+    lasts: f64,
+}
+
+impl Stamps {
+    /// Those of a file of a run.
+    pub(crate) fn of(entry: &RunEntry, table: &Table) -> Option<Self> {
+        let column = table.column(TIME)?;
+        let name = table.name();
+        let mut streams = entry.signals.iter().map(|one| one.name.text.clone());
+        let is_it = |one: &String| one.rsplit(['/', '\\']).next() == Some(name.as_str());
+        let stream = streams.clone().find(is_it);
+        let data = entry.data.as_ref().map(|one| one.name.text.clone());
+        let file = stream.clone().or(data)?;
+        let streams = stream.map(|_| streams.by_ref().collect());
+        let cells = table.layout.header.as_ref().map(|header| header.names()).unwrap_or_default();
+        let stated = cells.get(column.index).and_then(|(cell, _)| split(cell).1);
+        let is_sum = table.columns.iter().any(|one| one.wanted.as_deref() == Some(ADDED));
+        let named = match column.is_named {
+            true => Ok(column.name.clone()),
+            false => Err(column.index + 1),
+        };
+        let lasts = match table.values(TIME).unwrap_or_default() {
+            [first, .., last] => last - first,
+            _ => f64::NAN,
+        };
+        Some(Self {
+            file,
+            streams,
+            column: (!is_sum && !table.is_outside()).then_some(named),
+            in_header: stated.is_some_and(|(unit, _)| !unit.trim().is_empty()),
+            unit: column.unit.clone(),
+            lasts,
+        })
+    }
+
+    /// What to do where the stamps are in another unit.
+    fn read_in(&self, unit: &str) -> String {
+        let Self { file, column, .. } = self;
+        match column {
+            None => format!("state that unit for `{file}`"),
+            // A unit of the campaign that the header contradicts would be refused.
+            Some(Ok(name)) if self.in_header => {
+                format!("write `{name} [{unit}]` in the header of `{file}`")
+            }
+            Some(column) => {
+                let time = match column {
+                    Ok(name) => format!("\"{name} [{unit}]\""),
+                    Err(number) => format!("{{ column = {number}, unit = \"{unit}\" }}"),
+                };
+                let own = format!("{{ file = \"{file}\", columns = {{ time = {time} }} }}");
+                let quoted = |one: &String| match one == file {
+                    true => own.clone(),
+                    false => format!("\"{one}\""),
+                };
+                let all = self.streams.iter().flatten().map(quoted).collect::<Vec<_>>();
+                match self.streams {
+                    Some(_) => format!("signals = [{}] reads them so", all.join(", ")),
+                    None => format!("data = {own} reads them so"),
+                }
+            }
+        }
+    }
+
+    /// The unit whose numbers would last `times` as long with the unit that is stated.
+    fn smaller(&self, times: f64) -> Option<&'static str> {
+        unit_of(times / self.unit.factor)
+    }
+}
+
+/// What to do where samples last `times` as long as their streams because the times of one of them
+/// are in another unit; `stamps` are those of the files.
+pub(super) fn other_unit(stamps: &[Stamps], times: f64) -> Option<String> {
+    let factor = times.max(times.recip());
+    unit_of(factor).filter(|unit| *unit != "s")?;
+    let (data, streams): (Vec<&Stamps>, Vec<&Stamps>) =
+        stamps.iter().partition(|one| one.streams.is_none());
+    let shortest = streams.iter().map(|one| one.lasts).fold(f64::INFINITY, f64::min);
+    let is_of_these = |one: &&&Stamps| times < 1.0 || one.lasts < ALIKE * shortest;
+    let streams: Vec<&Stamps> = streams.iter().filter(is_of_these).copied().collect();
+    let (longer, shorter, what) = match times > 1.0 {
+        true => (data, streams, "samples"),
+        false => (streams, data, "streams"),
+    };
+    let (long, short) = (*longer.first()?, *shorter.first()?);
+    // A unit that the shorter one states, and the longer one does not, is the one that is doubtful.
+    let is_stated = short.unit.factor < long.unit.factor;
+    let (doubtful, unit) = match is_stated {
+        true => (shorter, unit_of(1.0 / (factor * short.unit.factor))?),
+        false => (longer, long.smaller(factor)?),
+    };
+    let files: Vec<String> = doubtful.iter().map(|one| format!("`{}`", one.file)).collect();
+    let each: Vec<String> = doubtful.iter().map(|one| one.read_in(unit)).collect();
+    let instead = if is_stated { format!(", not in {}", short.unit.symbol) } else { String::new() };
+    Some(format!(
+        "the {what} last {factor:.0} times as long: are the times of {} in {unit}{instead}? {}",
+        files.join(" and "),
+        each.join(", ")
+    ))
 }
 
 /// Warns of a stream whose times are whole numbers and farther apart than what it is to be smoothed
 /// over, which they would not be in a smaller unit.
-pub(super) fn coarse(times: &[f64], smoothing: Smoothing) -> Option<Diagnostic> {
+pub(super) fn coarse(
+    times: &[f64],
+    smoothing: Smoothing,
+    stamps: Option<&Stamps>,
+) -> Option<Diagnostic> {
     let Smoothing::TimeConstant(time) = smoothing else { return None };
     let (period, spacing) = (time * std::f64::consts::TAU, mean_spacing(times));
     let are_counts = times.len() > 2 && times.iter().all(|time| time.fract() == 0.0);
     if !are_counts || spacing.is_nan() || spacing <= period {
         return None;
     }
-    let (_, unit) = UNITS.iter().find(|(size, _)| spacing < size * period)?;
+    let (_, unit) = UNITS[1..].iter().find(|(size, _)| spacing < size * period)?;
     let message = format!(
         "samples of a stream are {} s apart, and it is to be smoothed over {} s",
         decimals(spacing, 3),
         decimals(period, 3)
     );
-    let help = format!("are its times in {unit}? {}", read_in(unit));
-    Some(Diagnostic::warning(message).help(help))
-}
-
-/// What to write for a file whose times are in a unit.
-pub(super) fn read_in(unit: &str) -> String {
-    format!("columns = {{ time = \"time [{unit}]\" }} beside the file reads them so")
+    let what = stamps.map_or_else(String::new, |one| format!(" {}", one.read_in(unit)));
+    Some(Diagnostic::warning(message).help(format!("are its times in {unit}?{what}")))
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@ mod larger_than_memory;
 mod limits;
 mod models;
 mod order;
+mod outside_streams;
 mod parquet;
 mod preambles;
 mod recorded;
