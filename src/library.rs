@@ -20,9 +20,11 @@ use crate::system::{Selected, known_names};
 
 mod conventions;
 mod template;
+mod unknown;
 
 pub use conventions::conventions;
 pub use template::template;
+pub(crate) use unknown::unknown_parameter;
 
 /// The files of `models/` and `models/effects/`, as text.
 pub mod embedded {
@@ -279,18 +281,4 @@ pub(crate) fn model_file(name: &str, base: &Path) -> Option<PathBuf> {
     let is_of_the_project = embedded::MODELS.iter().any(|(known, _)| *known == name);
     let beside = base.join("models").join(format!("{name}.toml"));
     (!is_of_the_project && beside.is_file()).then_some(beside)
-}
-
-/// The error for an override that names nothing.
-pub(crate) fn unknown_parameter(said: &Override, known: &[String]) -> Diagnostic {
-    let error = Diagnostic::error(format!("there is no parameter `{}`", said.name));
-    let error = error.at_maybe(said.place.as_ref());
-    let names = known.iter().map(String::as_str);
-    match nearest(&said.name, names.clone()) {
-        Some(near) => error.help(format!("did you mean `{near}`?")),
-        None => {
-            let first: Vec<&str> = names.take(12).collect();
-            error.help(format!("known: {}", first.join(", ")))
-        }
-    }
 }

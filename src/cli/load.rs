@@ -86,6 +86,7 @@ pub(super) fn read(
     let mut request = Request::new(campaigns);
     request.with.clone_from(&arguments.with);
     request.effects.clone_from(&arguments.effects);
+    request.beside.clone_from(&arguments.campaigns);
     request.set.clone_from(&arguments.set);
     request.start.clone_from(&arguments.start);
     request.skip_bad_rows = arguments.skip_bad_rows;

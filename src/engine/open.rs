@@ -16,9 +16,11 @@ use crate::progress::Progress;
 use crate::system::Selected;
 
 use self::agree::agree;
+use self::elsewhere::refuse_elsewhere;
 use self::set::{has_setup, held, in_setups, started, stated};
 
 mod agree;
+mod elsewhere;
 mod recipe;
 mod set;
 mod still;
@@ -34,6 +36,8 @@ pub struct Request {
     pub with: Vec<String>,
     /// Folders with further effects.
     pub effects: Vec<PathBuf>,
+    /// Campaigns that are read by themselves: effects beside them may be meant.
+    pub beside: Vec<PathBuf>,
     /// `NAME=VALUE`, a value with its unit that holds exactly, or `NAME=VALUE~SIGMA`, one with its
     /// standard uncertainty; a vector's components separated by commas, or one of them as
     /// `NAME.z=VALUE`. `NAME@SETUP=VALUE` in one setup.
@@ -106,6 +110,8 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     let files = request.campaigns.iter().map(|path| CampaignFile::read(path));
     let files = files.collect::<Result<Vec<_>, _>>()?;
     in_setups(&set, &files)?;
+    let folders: Vec<PathBuf> = files.iter().map(|file| file.folder.clone()).collect();
+    let folders = [folders, request.beside.clone()].concat();
     for (number, (path, file)) in request.campaigns.iter().zip(files).enumerate() {
         warnings.extend(given_before(path, &request.campaigns[..number], &file));
         let mut library =
@@ -144,6 +150,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
             |one: &&Override| one.setup.as_ref().is_none_or(|name| has_setup(&file, name));
         let here: Vec<&Override> = set.iter().filter(is_here).collect();
         overrides.extend(here.iter().map(|one| (*one).clone()));
+        refuse_elsewhere((path, &file), &library, &folders, (&request.with, &set))?;
         library.check_overrides(&model, &overrides)?;
         let selected = select(&library, &file, &request.with)?;
         overrides.truncate(overrides.len() - here.len());

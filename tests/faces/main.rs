@@ -12,6 +12,7 @@ mod scale;
 mod stream;
 
 mod delays_of_runs;
+mod effects_elsewhere;
 mod examples;
 mod examples_again;
 mod joint_fit;

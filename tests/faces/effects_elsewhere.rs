@@ -1,0 +1,76 @@
+//! Effects beside one of several campaigns count for that one alone, and the message says where they
+//! are.
+
+use std::process::{Command, Output};
+
+use crate::folder::Folder;
+
+const MODEL: &str = "name = \"scale\"\ntitle = \"Scale\"\n[inputs]\nplace = { unit = \"m\" }\n[parameters]\n\
+     zero = { unit = \"m\" }\n[measurands]\nx = { value = 'place + zero', unit = \"m\", sigma = \"1 mm\" }\n";
+const EFFECT: &str = "name = \"rope_stretch\"\ntitle = \"Stretch\"\nacts = \"instrument\"\n[parameters]\n\
+     part = { unit = \"1\", typical = \"1e-3\", scope = \"instrument\" }\n[patch]\nx = 'x + part * place'\n";
+const CAMPAIGN: &str = "model = \"../model.toml\"\ninstrument = \"S\"\n[parameters]\n\"x.delay\" = { value = \"0 s\", fixed = true }\n\
+     [[runs]]\nname = \"one\"\ndata = \"one.csv\"\n";
+
+fn campaigns() -> Folder {
+    let rows = |shift: f64| {
+        let row = |n: i32| {
+            let place = 0.1 * f64::from(n);
+            let noise = 1e-3 * f64::from((n * 37) % 11 - 5) / 3.0;
+            format!("{n},{place},{}\n", place * 1.002 + shift + noise)
+        };
+        format!("time [s],place [m],x [m]\n{}", (0..40).map(row).collect::<String>())
+    };
+    Folder::new(
+        "elsewhere",
+        &[
+            ("model.toml", MODEL),
+            ("first/campaign.toml", CAMPAIGN),
+            ("first/one.csv", &rows(0.2)),
+            ("first/effects/rope_stretch.toml", EFFECT),
+            ("second/campaign.toml", CAMPAIGN),
+            ("second/one.csv", &rows(0.21)),
+        ],
+    )
+}
+
+fn run(folder: &Folder, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_homepoint"));
+    command.args(arguments).current_dir(&**folder).output().unwrap()
+}
+
+fn told(folder: &Folder, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn an_effect_beside_another_campaign_is_named_with_its_folder() {
+    let folder = campaigns();
+    let set = "rope_stretch.part=0.002";
+    let with: &[&[&str]] = &[
+        &["calibrate", "first", "second", "--with", "rope_stretch"],
+        &["calibrate", "second", "first", "--with", "rope_stretch"],
+        &["diagnose", "first", "--holdout", "second", "--set", set],
+    ];
+    for arguments in with {
+        let text = told(&folder, arguments);
+        assert!(text.contains("there is no effect `rope_stretch`"), "{text}");
+        assert!(text.contains("beside the campaign `second`"), "{text}");
+        assert!(text.contains("`--effects first/effects` gives it to all"), "{text}");
+        assert!(!text.contains("known: "), "{text}");
+        // It does.
+        let output = run(&folder, &[arguments, &["--effects", "first/effects"][..]].concat());
+        assert_ne!(output.status.code(), Some(2), "{output:?}");
+    }
+}
+
+#[test]
+fn a_name_that_nothing_has_is_answered_with_similar_ones_alone() {
+    let folder = campaigns();
+    let text = told(&folder, &["calibrate", "first", "--set", "rope.share=0.002"]);
+    assert!(text.contains("similar names: rope_stretch.part"), "{text}");
+    let text = told(&folder, &["calibrate", "first", "--set", "xyzzyx=0.002"]);
+    assert!(!text.contains("names:") && !text.contains("known:"), "{text}");
+}
