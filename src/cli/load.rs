@@ -206,7 +206,17 @@ pub(super) fn refuse_impossible_sigma(problem: &Problem, at: &Point) -> Result<(
 /// Says that another start than the stated one was taken.
 fn started(found: &Found) -> Diagnostic {
     let [own, best] = found.variance_factors.map(|factor| decimal(factor, 1));
-    let [from, to] = found.offsets.map(|offset| decimal(offset, 1));
+    let [from, to] = found.offsets;
+    let tried = match to - from {
+        // One offset, in several attitudes.
+        0.0 => {
+            format!("tried was one offset, {} s, in {} attitudes", decimal(from, 1), found.tried)
+        }
+        width => {
+            let [from, to] = [from, to].map(|at| decimal(at, if width < 1.0 { 3 } else { 1 }));
+            format!("tried were offsets from {from} to {to} s and several attitudes")
+        }
+    };
     let offset = decimal(found.offset, 3);
     let of = found.delay.as_ref().map(|delay| format!(" (`{delay}`)")).unwrap_or_default();
     let known = found.variance_factors[0].is_finite();
@@ -229,7 +239,7 @@ fn started(found: &Found) -> Diagnostic {
         )
     };
     let mut warning = Diagnostic::warning(message).help(format!(
-        "tried were offsets from {from} to {to} s and several attitudes; state a `start` of delays and rotations, or `delay_range`, to look elsewhere"
+        "{tried}; state a `start` of delays and rotations, or `delay_range`, to look elsewhere"
     ));
     if found.attitudes_left_out > 0 {
         warning = warning.help(format!(

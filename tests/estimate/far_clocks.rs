@@ -73,6 +73,18 @@ fn clocks_that_are_seconds_apart_are_found() {
     }
 }
 
+/// A range narrower than a step between offsets has one of them: no range of the same number at both ends.
+#[test]
+fn one_offset_that_was_tried_is_reported_as_one() {
+    let camera = Camera { delay: -3.2, ..Camera::default() };
+    let folder = campaign(&camera, "delay_range = [\"-3.21 s\", \"-3.19 s\"]");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_homepoint"));
+    let output = command.arg("calibrate").arg(&*folder).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(told.contains("tried was one offset, -3.2 s, in "), "{told}");
+    assert!(!told.contains("tried were offsets"), "{told}");
+}
+
 #[test]
 fn a_good_start_is_left_alone() {
     let (fit, found) = searched(&Camera::default());
