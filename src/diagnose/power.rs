@@ -15,10 +15,12 @@
 //! | `noise` | the same for effects on the noise |
 //! | `remedies` | what would be added to a campaign, tried |
 //! | `words` | a sentence for each row |
+//! | `alias_words` | what separates aliases, the same in both rows |
 //!
 //! It is linear: sizes far beyond the typical ones are extrapolated. Structure outside the library
 //! has no size and is not in it.
 
+mod alias_words;
 pub mod design;
 mod detection;
 mod noise;

@@ -297,3 +297,29 @@ fn a_plan_says_what_it_can_see_and_what_would_help() {
     let words = "a run whose rate swings by 190 deg/s both ways would show it";
     assert!(bending.words.contains(words), "{}", bending.words);
 }
+
+/// What one row of two aliases says of the other, the other does not deny.
+#[test]
+fn rows_of_aliases_agree_on_what_separates_them() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/03_ltd500");
+    let opened = open(&Request::new([folder])).unwrap();
+    let fit = homepoint::estimate::calibrate::calibrate;
+    let point = fit(opened.problem.clone(), &Options::default()).unwrap().fit.point;
+    let table = table(&opened, &point);
+    let words = |name: &str| row(&table, name).words.as_str();
+    // A rate for each run can do all that one rate for all of them does.
+    let (each, common) = (words("sample_clock_rate"), words("clock_drift"));
+    assert!(each.contains("separates them where it is the cause"), "{each}");
+    assert!(each.ends_with("nothing tried here where `clock_drift` is"), "{each}");
+    assert!(
+        common.contains("nothing tried here separates them, where it is the cause"),
+        "{common}"
+    );
+    let aliases = table.rows.iter().filter(|row| row.state == State::Alias);
+    for one in aliases.filter(|row| row.words.ends_with(" separates them")) {
+        let others = one.with.iter().map(|name| row(&table, name));
+        for other in others.filter(|other| other.with == [one.name.clone()]) {
+            assert!(!other.words.contains("nothing tried here"), "{} {}", one.words, other.words);
+        }
+    }
+}

@@ -32,7 +32,7 @@ pub const CAUGHT: f64 = 0.9;
 /// Sizes beyond so many times the typical and the detectable one are not thought of.
 pub(super) const FAR: f64 = 30.0;
 /// Other explanations looked at in each direction, and named at most: the nearest ones.
-const NEAREST: usize = 4;
+pub(super) const NEAREST: usize = 4;
 
 /// One way of an effect with its columns.
 #[derive(Clone, Copy, Debug)]

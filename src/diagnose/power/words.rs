@@ -1,5 +1,6 @@
 //! A sentence for each row of the table that a person can act on.
 
+use super::alias_words::{alias_words, listed};
 use super::design::Prospect;
 use super::{Row, State};
 
@@ -27,15 +28,7 @@ pub(super) fn words(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -
             };
             format!("it acts as {}; {help}", listed(&row.with))
         }
-        State::Alias => {
-            let help = match helps(visible) {
-                Some(remedy) => format!("{remedy} separates them"),
-                None => {
-                    "nothing tried here separates them: either will do for this rig, but its value is not to be carried over to another".to_owned()
-                }
-            };
-            format!("it does what {} can do; {help}", listed(&row.with))
-        }
+        State::Alias => alias_words(row, tried),
         State::Visible => of_visible(row, stage, tried),
     }
 }
@@ -45,16 +38,6 @@ fn helps(row: &Row, tried: &[(String, Vec<Row>)], good: impl Fn(&Row) -> bool) -
     let same = |other: &Row| other.name == row.name && good(other);
     let found = tried.iter().find(|(_, rows)| rows.iter().any(same));
     found.map(|(remedy, _)| remedy.clone())
-}
-
-/// `a`, `b` and `c`.
-fn listed(names: &[String]) -> String {
-    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    match quoted.split_last() {
-        None => "others".to_owned(),
-        Some((last, [])) => last.clone(),
-        Some((last, rest)) => format!("{} and {last}", rest.join(", ")),
-    }
 }
 
 fn of_visible(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> String {
