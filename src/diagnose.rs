@@ -26,8 +26,8 @@ pub mod power;
 pub mod price;
 pub mod thresholds;
 
-use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};
+use crate::engine::{Part, Problem};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::contradicted::{Contradicted, against};
@@ -198,7 +198,32 @@ pub fn judge(
     options: &Options,
 ) -> Result<(), HoldoutError> {
     if let Some(steps) = &diagnosis.steps {
-        diagnosis.gap = Some(holdout(held_out, steps, options)?);
+        let mut held_out = held_out.clone();
+        for part in &mut held_out.problem.parts {
+            with_found_noise(part, diagnosis);
+        }
+        diagnosis.gap = Some(holdout(&held_out, steps, options)?);
     }
     Ok(())
+}
+
+/// Gives the measurands of a held-out campaign the noise that was found, where it states the same of them
+/// as the campaign that was fitted.
+fn with_found_noise(part: &mut Part, diagnosis: &Diagnosis) {
+    let names = part.system.assembly.names.measurands.clone();
+    for fitted in &diagnosis.nominal.problem.parts {
+        let known = &fitted.system.assembly.names.measurands;
+        for (stated, one) in part.sigma.iter_mut().zip(names.iter()) {
+            let same = known.iter().position(|own| own.name == one.name);
+            let level = diagnosis.levels.iter().find(|level| {
+                let is_of = level.of.is_none() || level.of == fitted.label;
+                level.run.is_none() && level.measurand == one.name && is_of
+            });
+            if let (Some(same), Some(level)) = (same, level)
+                && fitted.sigma[same] == *stated
+            {
+                *stated *= level.factor;
+            }
+        }
+    }
 }

@@ -98,27 +98,28 @@ pub fn covariance_of(
     SampleCovariance { covariance, sensitivities }
 }
 
-/// Sum of squares of the factors on what is stated as a measurand's standard uncertainty, over the
-/// readings of a run, and their number.
-pub(super) fn factor_squares(
+/// The factors on what is stated as a measurand's standard uncertainty, sample by sample of a run; NaN
+/// where there is no reading.
+pub(super) fn factors(
     part: &Part,
     run: usize,
     parameters: &[[f64; 4]],
     measurand: usize,
-) -> (f64, usize) {
+) -> Vec<f64> {
     let randoms = vec![0.0; part.random_sigma.len()];
     let slot = &part.slots()[measurand];
-    let (mut workspace, mut sum, mut count) = (Vec::new(), 0.0, 0);
+    let (mut workspace, mut factors) = (Vec::new(), Vec::new());
     part.runs[run].record.walk(|stretch| {
-        for sample in stretch.each().filter(|sample| part.is_present(*sample, slot)) {
+        for sample in stretch.each() {
             let leaves =
                 SampleLeaves { parameters, randoms: &randoms, columns: part.columns(), sample };
+            let is_present = part.is_present(sample, slot);
             let outputs = part.evaluate(&leaves, &mut workspace);
-            sum += slot.sigma_factor.map_or(1.0, |output| outputs[output]).powi(2);
-            count += 1;
+            let factor = slot.sigma_factor.map_or(1.0, |output| outputs[output]);
+            factors.push(if is_present { factor } else { f64::NAN });
         }
     });
-    (sum, count)
+    factors
 }
 
 /// The first reading of a run whose standard uncertainty is below zero, or none where it must be

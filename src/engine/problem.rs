@@ -10,7 +10,7 @@ use crate::campaign::signal::moving_signals;
 use crate::engine::found_starts::FoundStart;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share};
-use crate::engine::noise::{factor_squares, impossible_factor};
+use crate::engine::noise::{factors, impossible_factor};
 use crate::engine::part::Part;
 use crate::engine::point::{Point, seeded};
 use crate::engine::programs::Programs;
@@ -232,10 +232,25 @@ impl Problem {
         if own.slots()[measurand].sigma_factor.is_none() {
             return own.sigma[measurand];
         }
-        let runs = (0..own.runs.len())
-            .map(|run| factor_squares(own, run, &self.parameters(part, run, point), measurand));
-        let (sum, count) = runs.fold((0.0, 0), |all, run| (all.0 + run.0, all.1 + run.1));
+        let runs = (0..own.runs.len()).flat_map(|run| {
+            let all = factors(own, run, &self.parameters(part, run, point), measurand);
+            all.into_iter().filter(|factor| !factor.is_nan())
+        });
+        let (sum, count) = runs.fold((0.0, 0), |all, one| (all.0 + one * one, all.1 + 1));
         own.sigma[measurand] * (sum / count.max(1) as f64).sqrt()
+    }
+
+    /// The factors on what is stated as a measurand's standard uncertainty, sample by sample of a run, at
+    /// a point; `None` where all are 1.
+    pub(crate) fn sigma_factors(
+        &self,
+        point: &Point,
+        (part, run): (usize, usize),
+        measurand: usize,
+    ) -> Option<Vec<f64>> {
+        let own = &self.parts[part];
+        let is_formula = own.slots()[measurand].sigma_factor.is_some();
+        is_formula.then(|| factors(own, run, &self.parameters(part, run, point), measurand))
     }
 
     /// The first reading for which a standard uncertainty that is stated as a formula is no positive

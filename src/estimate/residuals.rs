@@ -1,6 +1,6 @@
 //! Residuals in the order of time: of each component of each measurand, run after run, as they are
-//! seen from a point, in SI units; and readings that are far out, left out. Which ones those are is
-//! judged elsewhere.
+//! seen from a point; and readings that are far out, left out. Which ones those are is judged
+//! elsewhere.
 
 use std::sync::Arc;
 
@@ -101,8 +101,26 @@ pub(crate) fn leave_out(problem: &mut Problem, (part, measurand): (usize, usize)
     }
 }
 
-/// All residuals at a point.
+/// All residuals at a point, of the same standard uncertainty: what a formula states of single readings is
+/// taken off each. A reading that is stated to be noisier is not farther out for that.
 pub(crate) fn seen_from(problem: &Problem, point: &Point) -> Vec<Residuals> {
+    let scaled = |one: Residuals| {
+        let runs = one.runs.iter().enumerate().map(|(run, residuals)| {
+            match problem.sigma_factors(point, (one.part, run), one.measurand) {
+                Some(factors) => {
+                    let own = residuals.iter().zip(factors).map(|(value, factor)| value / factor);
+                    Arc::new(own.collect())
+                }
+                None => residuals.clone(),
+            }
+        });
+        Residuals::new(one.of(), runs.collect())
+    };
+    residuals_from(problem, point).into_iter().map(scaled).collect()
+}
+
+/// All residuals at a point as they are.
+pub(crate) fn residuals_from(problem: &Problem, point: &Point) -> Vec<Residuals> {
     let mut all = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         let mut rows = vec![Vec::new(); part.residual_count()];

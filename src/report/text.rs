@@ -173,7 +173,7 @@ pub fn trouble(result: &Calibration) -> String {
         text.push_str(&format!("- {}\n  remedy: {}\n", one.words, one.remedy));
         for sum in &one.determined {
             let size = figure::measured(sum.value, sum.sigma, &sum.declared);
-            text.push_str(&format!("  determined all the same: {} = {size}\n", terms(sum)));
+            text.push_str(&format!("  determined to first order: {} = {size}\n", terms(sum)));
         }
     }
     text

@@ -18,6 +18,7 @@ mod stream;
 mod apart_by_chance;
 mod backlash;
 mod beside_remainder;
+mod between_runs;
 mod budget;
 mod bursts;
 mod clock_steps;

@@ -188,8 +188,11 @@ impl Held<'_> {
         }
         let mut problem = Problem::new(parts);
         let (point, _) = start(&problem);
-        let fit = fit(&mut problem, point, self.options)?;
-        Ok(Fitted { recipes, problem, fit })
+        let mut found = fit(&mut problem, point, self.options)?;
+        if found.outcome.is_result() && problem.count_smoothing(&found.point) {
+            found = fit(&mut problem, found.point, self.options)?;
+        }
+        Ok(Fitted { recipes, problem, fit: found })
     }
 
     /// The same model fitted to every other eighth of each run.

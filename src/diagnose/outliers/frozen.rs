@@ -15,7 +15,7 @@ use crate::estimate::batch::Options;
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::refit::calibrate_near;
 use crate::estimate::repeats::{Repeated, long_repeats, repeats, without};
-use crate::estimate::residuals::{OfRun, Residuals, seen_from};
+use crate::estimate::residuals::{OfRun, Residuals, residuals_from};
 use crate::statistics::robust;
 
 use super::Cleaned;
@@ -39,7 +39,7 @@ pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleane
     let long = long_repeats(problem);
     let view = without_long(nominal, &long, options);
     let point = &view.as_ref().unwrap_or(nominal).fit.point;
-    let all = seen_from(problem, point);
+    let all = residuals_from(problem, point);
     let frozen = frozen(problem, &all, &long);
     if frozen.is_empty() {
         return Ok(None);

@@ -27,7 +27,7 @@ use crate::diagnose::found::Lost;
 use crate::diagnose::thresholds::LOST;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, fit};
-use crate::estimate::residuals::{Residuals, seen_from};
+use crate::estimate::residuals::{Residuals, residuals_from};
 use crate::estimate::trimmed::{TrimmedFit, starts, trimmed_fit};
 use crate::statistics::robust;
 
@@ -104,7 +104,7 @@ pub fn look(
         return Ok(found);
     }
     let others = starts(problem, point, options).filter_map(|(point, own)| {
-        let found = find(problem, &point, &seen_from(&own, &point));
+        let found = find(problem, &point, &residuals_from(&own, &point));
         let mut rest = problem.clone();
         found.leave_out(&mut rest);
         let cost = fit(&mut rest, point, options).ok()?.cost;

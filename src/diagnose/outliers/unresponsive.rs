@@ -12,7 +12,7 @@ use crate::diagnose::found::{LeftOut, Wrong};
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::refit::calibrate_near;
-use crate::estimate::residuals::{OfRun, Residuals, seen_from};
+use crate::estimate::residuals::{OfRun, Residuals, residuals_from};
 use crate::statistics::upper_median;
 
 use super::Cleaned;
@@ -35,7 +35,7 @@ const MOST: f64 = 0.25;
 /// Leaves readings out that do not respond and fits again; `None` where there are none.
 pub(super) fn without_unresponsive(nominal: &Calibration, options: &Options) -> Cleaned {
     let (problem, point) = (&nominal.problem, &nominal.fit.point);
-    let all = seen_from(problem, point);
+    let all = residuals_from(problem, point);
     let mut found: Vec<OfSamples> = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         for (measurand, slot) in part.slots().iter().enumerate().filter(|(_, one)| one.width == 1) {

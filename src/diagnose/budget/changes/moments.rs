@@ -109,7 +109,8 @@ impl Linear {
             let mut all: Vec<(bool, Change)> = Vec::new();
             for (out, least) in outs.iter().zip(least) {
                 let taken_up = TakenUp::new(&across, out);
-                let mut best: Option<(f64, usize)> = None;
+                // Of all moments, and of those at which a run begins.
+                let (mut best, mut best_of_runs): (Option<(f64, usize)>, _) = (None, None);
                 for bin in 1..bins.len() {
                     let square = sum[(n + 1, bin)];
                     // What is different from the first sample of a campaign on is no change.
@@ -122,10 +123,20 @@ impl Linear {
                         continue;
                     }
                     let gain = (sum[(n, bin)] - along).powi(2) / left;
-                    if best.is_none_or(|(known, _)| gain > known) {
+                    let is_better =
+                        |best: &Option<(f64, usize)>| best.is_none_or(|one| gain > one.0);
+                    if is_better(&best) {
                         best = Some((gain, bin));
                     }
+                    if bins[bin].1 == 0 && is_better(&best_of_runs) {
+                        best_of_runs = Some((gain, bin));
+                    }
                 }
+                // Things change between runs: only far better evidence places a change within one.
+                let of_runs = best_of_runs
+                    .zip(best)
+                    .filter(|(of_runs, best)| of_runs.0 + 2.0 * ENTER > best.0);
+                let best = of_runs.map(|(of_runs, _)| of_runs).or(best);
                 let moment = best.map(|(gain, bin)| Change {
                     base: *base,
                     at: bins[bin],
