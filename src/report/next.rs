@@ -135,8 +135,14 @@ fn of_remainder(diagnosis: &Diagnosis, leaves_out: bool) -> String {
         one.gain.gain > 0.0 && one.change.is_none() && one.place.is_of_an_effect()
     };
     let mut steps = Vec::new();
-    if let Some(part) = listed(diagnosis).find(|one| one.change.is_some()) {
-        let run = part.place.run.as_deref().unwrap_or_default();
+    if let Some(name) = listed(diagnosis).find_map(|one| one.place.stated()) {
+        steps.push(format!(
+            "correct the stated value of `{name}`, or let the fit estimate it, and diagnose again"
+        ));
+    }
+    let change = listed(diagnosis).filter(|one| one.change.is_some());
+    let change = change.filter_map(|one| Some((one, one.place.run.as_deref()?))).next();
+    if let Some((part, run)) = change {
         let rows = match part.place.rows {
             None => String::new(),
             Some((first, None)) => {

@@ -1,7 +1,8 @@
 //! Stated values that are wrong, as terms: a column that acts in the equations of a parameter's prior
 //! alone, so that the readings decide the value.
 //!
-//! What is stated and fixed has no equation: it is not tried here. Nor is a value of which the
+//! What a campaign fixes although the model leaves it open has no equation: its term is another value of it
+//! in all runs. What the model itself fixes is not tried. Nor is a value of which the
 //! readings say something only because rows are in the fit. A derivative by it has a part that is the
 //! product of the value of a row and a change of the form of that row. In the place of the row this part
 //! would explain whatever the row does, at a value that is wrong by all of its size; without the
@@ -55,6 +56,35 @@ impl Linear {
             self.terms.push(Term::new(name, Some(place), columns));
         }
         self.drop_those_of_rows(first, &equations);
+        self.with_fixed_values();
+    }
+
+    /// Adds for each component of a parameter that the campaign fixes the term that its value is wrong:
+    /// another value in each run, all alike.
+    fn with_fixed_values(&mut self) {
+        for candidate in 0..self.candidates.len() {
+            let columns = &self.sums.of_candidate[candidate];
+            let Some(name) = self.fixed(candidate).filter(|_| !columns.is_empty()) else {
+                continue;
+            };
+            let all = columns.iter().map(|column| (*column, 1.0)).collect();
+            let place = Place::of_stated(&name, None);
+            let term = Term::new(place.words.clone(), Some(place), vec![all]);
+            self.terms.push(Term { candidate, ..term });
+        }
+    }
+
+    /// The name of the component of a parameter of which a block is another value, if the campaign fixes it.
+    pub(super) fn fixed(&self, candidate: usize) -> Option<String> {
+        let (name, component) = self.candidates[candidate].place.as_ref()?.component()?;
+        let layout = &self.fitted.problem.layout;
+        let mut own = (0..layout.instances.len()).filter(|at| layout.instances[*at].name == name);
+        let is_fixed = |at: usize| layout.columns_of(at, component.unwrap_or(0)).is_empty();
+        let first = own.next().filter(|at| is_fixed(*at))?;
+        let all_are = own.all(is_fixed);
+        let axis = component.map_or("", |axis| [".x", ".y", ".z"][axis]);
+        (all_are && component.is_none_or(|one| one < layout.instances[first].dimension()))
+            .then(|| format!("{name}{axis}"))
     }
 
     /// Takes out the values, of the terms from a first one on with these equations, whose redundancy

@@ -101,15 +101,22 @@ impl Place {
 
     /// The parameter of which it is another value, without the component.
     pub(in crate::diagnose) fn parameter(&self) -> Option<&str> {
+        self.component().map(|(name, _)| name)
+    }
+
+    /// The same with the component of a vector or a rotation.
+    pub(in crate::diagnose) fn component(&self) -> Option<(&str, Option<usize>)> {
         let Of::Channel(channel) = &self.of else { return None };
         let name = channel.strip_prefix(OF_PARAMETER)?;
         let axes = [".x", ".y", ".z", " x", " y", " z"];
-        Some(axes.iter().find_map(|axis| name.strip_suffix(axis)).unwrap_or(name))
+        let of_axis =
+            |(number, axis): (usize, &&str)| Some((name.strip_suffix(*axis)?, Some(number % 3)));
+        Some(axes.iter().enumerate().find_map(of_axis).unwrap_or((name, None)))
     }
 
     /// Whether an effect may have its form: not that of a stated value, nor of a term that is no row.
     pub fn is_of_an_effect(&self) -> bool {
-        self.covariate != SMALL && self.of != Of::Channel(STATED.to_owned())
+        self.covariate != SMALL && self.stated().is_none()
     }
 
     /// Whether it is a wave in time.
@@ -129,9 +136,14 @@ impl Place {
         Self::new(Of::Channel(STATED.to_owned()), parameter, words)
     }
 
+    /// The parameter whose stated value it is.
+    pub fn stated(&self) -> Option<&str> {
+        (self.of == Of::Channel(STATED.to_owned())).then_some(self.covariate.as_str())
+    }
+
     /// Whether it is the stated value of a parameter.
     pub(in crate::diagnose) fn is_of_stated(&self, parameter: &str) -> bool {
-        self.covariate == parameter && self.of == Of::Channel(STATED.to_owned())
+        self.stated() == Some(parameter)
     }
 
     /// Of a reading whose error depends on several inputs together, or on the only one in a form that

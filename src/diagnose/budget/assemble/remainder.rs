@@ -63,17 +63,20 @@ impl Budget<'_> {
         found
     }
 
-    /// By how much a term changes something at a moment.
+    /// By how much a term changes something, at a moment or from the beginning.
     fn change(&self, term: &Term, solved: &Solved, at: usize) -> Option<StepChange> {
         let column = solved.terms[at].start;
-        let unit = if term.in_fit {
-            self.linear.size(term.columns.first()?.first()?.0, 0.0)?.unit
-        } else {
-            let base = term.change.as_ref()?.base;
-            let block = self.linear.candidates.get(base.candidate)?;
-            block.selected.effect.parameters.get(base.signature)?.unit.clone()
+        let of_block = |candidate: usize, signature: usize| {
+            let block = self.linear.candidates.get(candidate)?;
+            Some(block.selected.effect.parameters.get(signature)?.unit.clone())
         };
-        term.change.as_ref()?;
+        let unit = match &term.change {
+            Some(_) if term.in_fit => self.linear.size(term.columns.first()?.first()?.0, 0.0)?.unit,
+            Some(change) => of_block(change.base.candidate, change.base.signature)?,
+            // Of a fixed value that is wrong.
+            None if term.place.as_ref()?.stated().is_some() => of_block(term.candidate, 0)?,
+            None => return None,
+        };
         let sigma = solved.covariance[(column, column)].max(0.0).sqrt();
         Some(StepChange { value: solved.values[column], sigma, unit })
     }

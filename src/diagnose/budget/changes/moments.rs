@@ -106,6 +106,7 @@ impl Linear {
             let across = factor.across(sum.rows(0, n).into_owned());
             let across = Across { columns: across, half: half.clone() };
             let stretches = self.stretches(*base, bins, &across);
+            let is_fixed = self.fixed(base.candidate).is_some();
             let mut all: Vec<(bool, Change)> = Vec::new();
             for (out, least) in outs.iter().zip(least) {
                 let taken_up = TakenUp::new(&across, out);
@@ -131,6 +132,16 @@ impl Linear {
                     if bins[bin].1 == 0 && is_better(&best_of_runs) {
                         best_of_runs = Some((gain, bin));
                     }
+                }
+                // A value that the campaign fixes may be wrong from the beginning.
+                let of_all = |best: f64| {
+                    let (taken, along) = taken_up.taken(0, None);
+                    let left = total - taken;
+                    left > TAKEN_UP * total
+                        && (sum[(n, 0)] - along).powi(2) / left + 2.0 * ENTER > best
+                };
+                if is_fixed && best.is_some_and(|best| of_all(best.0)) {
+                    continue;
                 }
                 // Things change between runs: only far better evidence places a change within one.
                 let of_runs = best_of_runs
