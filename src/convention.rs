@@ -61,6 +61,9 @@ pub struct Convention {
     pub form: Form,
     /// The kind of unit that its numbers have, if that matters.
     pub unit: Option<Unit>,
+    /// The unit in whose place another one stands: it is about columns of that unit alone. No file
+    /// of a convention states it.
+    pub head: Option<Unit>,
     /// What each of [`Form::components`] is, of the numbers as they were read.
     pub formulas: Vec<Formula>,
 }
@@ -115,6 +118,7 @@ impl Convention {
             source: reader.source().clone(),
             form,
             unit,
+            head: None,
             formulas,
         });
         reader.into_result(convention)
@@ -142,6 +146,7 @@ impl Convention {
             name: format!("{} and {}", first.name, self.name),
             title: format!("{}; {}", first.title, self.title),
             unit: self.unit.clone().or_else(|| first.unit.clone()),
+            head: self.head.clone().or_else(|| first.head.clone()),
             formulas: formulas.collect(),
             ..self.clone()
         })

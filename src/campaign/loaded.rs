@@ -15,7 +15,7 @@ use crate::document::entries::Named;
 use crate::document::files::Files;
 use crate::model::Override;
 use crate::progress::Progress;
-use crate::units::DisplayUnits;
+use crate::units::{DisplayUnits, Unit};
 
 /// How to read the data.
 #[derive(Clone, Debug)]
@@ -114,6 +114,8 @@ pub struct Campaign {
     pub timing: Option<Timing>,
     /// The time from request to reply in each run that captured it.
     pub request_to_reply: Vec<RequestToReply>,
+    /// The units that files state of columns, by the model's names, each once.
+    pub head_units: Vec<(String, Unit)>,
     /// What the user should look at.
     pub warnings: Vec<Diagnostic>,
     /// Rows left out, of each file the first [`MOST_LISTED`](super::table::MOST_LISTED).

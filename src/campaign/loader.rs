@@ -22,6 +22,7 @@ use crate::document::entries::{Named, Reader};
 use crate::document::files::Files;
 use crate::model::Model;
 use crate::progress::{Progress, Task};
+use crate::units::Unit;
 
 /// What is settled of an input for the whole campaign.
 #[derive(Clone, Debug)]
@@ -60,6 +61,8 @@ pub(crate) struct Loader<'a> {
     pub(crate) bytes: (u64, u64),
     pub(crate) timing: Option<Timing>,
     pub(crate) request_to_reply: Vec<RequestToReply>,
+    /// The units that files state of what was wanted, by its name, each once.
+    pub(crate) head_units: Vec<(String, Unit)>,
 }
 
 impl Loader<'_> {
@@ -97,6 +100,13 @@ impl Loader<'_> {
         let path = self.folder.join(&name.text);
         let table = Table::open_of(&mut self.files, &path, form, wanted, self.skip_bad_rows);
         let mut table = self.told(name, table)?;
+        for column in &table.columns {
+            let Some(wanted) = &column.wanted else { continue };
+            let one = (wanted.clone(), column.unit.clone());
+            if !self.head_units.contains(&one) {
+                self.head_units.push(one);
+            }
+        }
         // Captured times are small, and stay as they are.
         if self.timing.is_none() {
             table.count_from(self.store.zero(table.first_stamp()));

@@ -181,6 +181,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         part.output.clone_from(&campaign.output);
         part.delay_range = campaign.delay_range.hull();
         part.zero = campaign.zero;
+        part.head_units.clone_from(&campaign.head_units);
         let left = |spread: &InputSpread| spread.calibration.map_or(0.0, |spread| spread.sigma);
         part.calibration = campaign.input_spread.iter().map(left).collect();
         parts.push(part);

@@ -50,6 +50,8 @@ pub struct Part {
     pub found_starts: Vec<FoundStart>,
     /// From when the times of samples count (s).
     pub zero: i64,
+    /// The units that files state of inputs and measurands, by name, each once.
+    pub head_units: Vec<(String, Unit)>,
     /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever
     /// the same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
     pub calibration: Vec<f64>,
@@ -140,6 +142,7 @@ impl Part {
             delay_range: USUAL,
             found_starts: Vec::new(),
             zero: 0,
+            head_units: Vec::new(),
             calibration: Vec::new(),
             gauss_markov: vec![None; residual],
             program,
@@ -173,6 +176,7 @@ impl Part {
         made.delay_range = self.delay_range;
         made.found_starts.clone_from(&self.found_starts);
         made.zero = self.zero;
+        made.head_units.clone_from(&self.head_units);
         made.calibration.clone_from(&self.calibration);
         made.gauss_markov.clone_from(&self.gauss_markov);
         made.run_levels.clone_from(&self.run_levels);

@@ -24,13 +24,13 @@
 //! | `trimmed` | fits that a few outliers do not bend |
 //! | `suspect` | what may have been mistaken, of either kind |
 
-use crate::convention::Convention;
+use crate::convention::{Convention, Form};
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::minima::thinned::Thinned;
 use crate::estimate::start::start;
 use crate::formula::show::text;
 use crate::graph::Kind;
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 mod applied;
 mod channels;
@@ -135,7 +135,9 @@ pub fn mistaken(
     conventions: &[Convention],
 ) -> Option<Mistaken> {
     let first = problem.parts.first()?;
-    let channels = Channels::of(&first.system.assembly.names);
+    let heads: Vec<(String, Unit)> =
+        problem.parts.iter().flat_map(|part| part.head_units.iter().cloned()).collect();
+    let channels = Channels::of(&first.system.assembly.names, &heads);
     // A convention belongs to files: several campaigns of one model are read alike.
     let names = |part: &Part| -> Vec<(String, Dimension)> {
         let names = &part.system.assembly.names;
@@ -147,7 +149,9 @@ pub fn mistaken(
         return None;
     }
     let units = channels.units();
-    let others = other_units(&units, conventions);
+    let of_form =
+        |form| other_units(form, &channels.heads(form), &units, conventions);
+    let others = [Form::Number, Form::Vector].map(of_form).concat();
     let conventions: Vec<&Convention> = conventions.iter().chain(&others).collect();
     let mut not_tried = 0;
     let mut read: Vec<Suspected<'_>> = Vec::new();

@@ -26,6 +26,8 @@ pub(super) struct Channel {
     pub(super) name: String,
     pub(super) source: Source,
     pub(super) unit: Unit,
+    /// The units that files state of it; that of the model where they state none.
+    pub(super) heads: Vec<Unit>,
 }
 
 /// The logged numbers of a model, by what they make together.
@@ -36,14 +38,20 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    pub(super) fn of(names: &Names) -> Self {
+    /// `heads` are the units that files state, by name.
+    pub(super) fn of(names: &Names, heads: &[(String, Unit)]) -> Self {
+        let heads_of = |name: &str, unit: &Unit| -> Vec<Unit> {
+            let own = heads.iter().filter(|(of, _)| of == name);
+            let own: Vec<Unit> = own.map(|(_, head)| head.clone()).collect();
+            if own.is_empty() { vec![unit.clone()] } else { own }
+        };
         let (mut all, mut quaternions) = (Vec::new(), Vec::new());
         let mut column = 0;
         for measurand in &names.measurands {
             let mut read = |name: String| {
                 column += 1;
-                let source = Source::Reading(column - 1);
-                Channel { name, source, unit: measurand.unit.clone() }
+                let (source, unit) = (Source::Reading(column - 1), measurand.unit.clone());
+                Channel { heads: heads_of(&name, &unit), name, source, unit }
             };
             match measurand.kind {
                 MeasurandKind::Rotation => quaternions.push(
@@ -61,6 +69,7 @@ impl Channels {
             name: input.name.clone(),
             source: Source::Input(index),
             unit: input.unit.clone(),
+            heads: heads_of(&input.name, &input.unit),
         }));
         let mut vectors: Vec<Vec<Channel>> = Vec::new();
         let together = |parts: &[Expression], into: &mut Vec<Vec<Channel>>| {
@@ -96,29 +105,41 @@ impl Channels {
         Self { numbers, vectors, quaternions }
     }
 
-    /// The units that are stated of single numbers, each once.
+    /// The units that files state of single numbers, and of the components of vectors, each once.
+    pub(super) fn heads(&self, form: Form) -> Vec<Unit> {
+        let of_vectors = self.vectors.iter().flatten();
+        let all: Vec<&Channel> = match form {
+            Form::Vector => of_vectors.collect(),
+            _ => self.numbers.iter().collect(),
+        };
+        each_once(all.into_iter().flat_map(|one| &one.heads))
+    }
+
+    /// All units in which something is stated, by files or by the model, each once.
     pub(super) fn units(&self) -> Vec<Unit> {
-        let mut found: Vec<Unit> = Vec::new();
-        for one in &self.numbers {
-            if !found.iter().any(|known| known.symbol == one.unit.symbol) {
-                found.push(one.unit.clone());
-            }
-        }
-        found
+        let all = self.numbers.iter().chain(self.vectors.iter().flatten());
+        each_once(all.flat_map(|one| one.heads.iter().chain([&one.unit])))
     }
 
     /// The numbers to which a convention may apply, together; and how many more there are.
     pub(super) fn for_convention(&self, convention: &Convention) -> (Vec<Vec<Channel>>, usize) {
         let fits = |one: &Channel| {
+            let is_headed =
+                |head: &Unit| one.heads.iter().any(|own| own.symbol == head.symbol);
             convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
+                && convention.head.as_ref().is_none_or(is_headed)
         };
         let mut all: Vec<Vec<Channel>> = match convention.form {
             Form::Number => {
-                let each: Vec<_> = self.numbers.iter().map(|one| vec![one.clone()]).collect();
+                let each = self.numbers.iter().filter(|one| fits(one));
+                let each: Vec<_> = each.map(|one| vec![one.clone()]).collect();
                 with_all_together(each, |a, b| a.unit.dimension == b.unit.dimension)
             }
             Form::Pair => pairs(&self.numbers),
-            Form::Vector => with_all_together(self.vectors.clone(), |_, _| true),
+            Form::Vector => {
+                let own = self.vectors.iter().filter(|vector| vector.iter().all(fits));
+                with_all_together(own.cloned().collect(), |_, _| true)
+            }
             Form::Quaternion => self.quaternions.clone(),
             Form::Pose => {
                 let poses = self.vectors.iter().flat_map(|position| {
@@ -136,6 +157,17 @@ impl Channels {
         all.truncate(MOST_PAIRS);
         (all, more)
     }
+}
+
+/// Units that differ by their symbols, in their order.
+fn each_once<'u>(units: impl Iterator<Item = &'u Unit>) -> Vec<Unit> {
+    let mut found: Vec<Unit> = Vec::new();
+    for one in units {
+        if !found.iter().any(|known| known.symbol == one.symbol) {
+            found.push(one.clone());
+        }
+    }
+    found
 }
 
 fn formulas(names: &Names) -> impl Iterator<Item = &Formula> {

@@ -4,7 +4,7 @@ use crate::engine::Problem;
 use crate::estimate::conventions::Instead;
 use crate::estimate::conventions::applied::Suspected;
 use crate::estimate::conventions::turns::Reordered;
-use crate::estimate::conventions::units::slope;
+use crate::estimate::conventions::units::scale;
 use crate::estimate::minima::thinned::Tried;
 use crate::formula::Expression;
 
@@ -27,7 +27,7 @@ impl Suspect<'_> {
     /// Whether both multiply the same logged number.
     pub(super) fn scales_as(&self, other: &Self) -> bool {
         let scales = |one: &Self| match one {
-            Self::Columns(one) => slope(one.convention).is_some_and(|slope| slope.abs() != 1.0),
+            Self::Columns(one) => scale(one.convention).is_some_and(|scale| scale.abs() != 1.0),
             Self::Turns(_) => false,
         };
         self.shares_numbers(other) && scales(self) && scales(other)
