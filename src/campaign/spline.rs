@@ -76,8 +76,10 @@ mod combined;
 mod drawn;
 mod near;
 mod pieces;
+mod resmoothed;
 
 use pieces::Pieces;
+use resmoothed::Raw;
 
 /// A natural cubic spline: knots and, in each interval, a cubic.
 #[derive(Clone, Debug)]
@@ -100,6 +102,8 @@ pub struct Spline {
     scatter: Option<[f64; 2]>,
     /// Whether the time constant was given.
     is_stated: bool,
+    /// What it was made of; only where the noise was stated.
+    raw: Option<Raw>,
 }
 
 impl Spline {
@@ -128,7 +132,12 @@ impl Spline {
             Smoothing::CrossValidation => smoothing::by_cross_validation(&points),
         };
         let scatter = smoothing::misfit(&points, &curve);
+        let raw = match smoothing {
+            Smoothing::Noise(sigma) => Some(Raw::of(&points, sigma)),
+            _ => None,
+        };
         let mut spline = Self::from_curve(first + shift, points.x, &curve);
+        spline.raw = raw;
         spline.gaps = spline.guessed(mean_spacing(times), scatter);
         let raw = scatter / (1.0 - curve.leverage).max(1e-3).sqrt();
         let of_knot = (spline.knots.len() as f64 / values.len() as f64).sqrt();
@@ -172,6 +181,7 @@ impl Spline {
             time_constant: curve.time_constant,
             scatter: None,
             is_stated: false,
+            raw: None,
         }
     }
 

@@ -297,7 +297,7 @@ impl Suspicion {
         let of = |problem: &Problem| mistaken(problem, Some(fitted), &self.conventions);
         let before = self.as_opened.as_ref().and_then(of);
         let all = before.into_iter().chain(of(problem));
-        all.min_by(|a, b| a.variance_factors[1].total_cmp(&b.variance_factors[1]))
+        all.min_by(|a, b| a.without_outliers[1].total_cmp(&b.without_outliers[1]))
     }
 }
 

@@ -22,6 +22,8 @@
 //! | `next` | what fits best of all that may be set right |
 //! | `quick`, `looked` | a convention on few samples, and on more |
 //! | `trimmed` | fits that a few outliers do not bend |
+//! | `streams` | streams smoothed as they are where a line is typed |
+//! | `typed` | the fit that the line to type makes |
 //! | `suspect` | what may have been mistaken, of either kind |
 
 use crate::convention::{Convention, Form};
@@ -42,9 +44,11 @@ mod periods;
 mod quick;
 mod residuals;
 mod sequence;
+mod streams;
 mod suspect;
 mod trimmed;
 mod turns;
+mod typed;
 mod units;
 
 use applied::Suspected;
@@ -70,6 +74,8 @@ const GOOD: f64 = 4.0;
 const VERY_BAD: f64 = 100.0;
 /// How many times better a convention must fit: at all, and where it fits well then.
 const BETTER: [f64; 2] = [25.0, 4.0];
+/// Conventions that fit up to so many times worse than the best are listed with it.
+const ALIKE: f64 = 1.5;
 /// Starts of a convention that are fitted further.
 const STARTS: usize = 3;
 /// A parameter has the other sign where its sum is so small a part of its difference, squared.
@@ -90,8 +96,11 @@ pub struct Mistaken {
     pub columns: Vec<(String, String)>,
     /// The model's formulas that are to be changed.
     pub formulas: Vec<ChangedFormula>,
-    /// Variance factors: as the numbers stand, and with all that was mistaken set right.
+    /// Variance factors of all readings: as the numbers stand, and of the fit that the line to type
+    /// makes.
     pub variance_factors: [f64; 2],
+    /// The same without the samples that are outliers beside these fits.
+    pub without_outliers: [f64; 2],
     /// How many conventions were tried, with each of the numbers or formulas to which they may apply.
     pub tried: usize,
     /// How many more there are.
@@ -100,14 +109,15 @@ pub struct Mistaken {
 
 impl Mistaken {
     /// Nothing was.
-    fn none(variance_factor: f64) -> Self {
+    fn none(stands: &Looked) -> Self {
         Self {
             what: Vec::new(),
             alike: Vec::new(),
             run: None,
             columns: Vec::new(),
             formulas: Vec::new(),
-            variance_factors: [variance_factor; 2],
+            variance_factors: [stands.of_all; 2],
+            without_outliers: [stands.variance_factor; 2],
             tried: 0,
             not_tried: 0,
         }
@@ -149,8 +159,7 @@ pub fn mistaken(
         return None;
     }
     let units = channels.units();
-    let of_form =
-        |form| other_units(form, &channels.heads(form), &units, conventions);
+    let of_form = |form| other_units(form, &channels.heads(form), &units, conventions);
     let others = [Form::Number, Form::Vector].map(of_form).concat();
     let conventions: Vec<&Convention> = conventions.iter().chain(&others).collect();
     let mut not_tried = 0;
@@ -171,13 +180,13 @@ pub fn mistaken(
     let stands = begins
         .filter_map(|begin| Looked::at(problem.clone(), &begin, None))
         .min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
-    let mut found = Mistaken::none(stands.variance_factor);
+    let mut found = Mistaken::none(&stands);
     let mut odd = run_that_does_not_fit(&problem, stands.variance_factor);
     // Where all the others fit well, no convention of them is mistaken.
     if odd.is_none_or(|(rest, _)| rest >= GOOD) {
         let pairs;
         (found, pairs) = set_right(stands.clone(), [&of_all, &of_all]);
-        if found.variance_factors[1] >= GOOD {
+        if found.without_outliers[1] >= GOOD {
             let both = composed(&conventions);
             let both = both.iter().flat_map(|convention| {
                 let all = channels.for_convention(convention).0.into_iter();
@@ -186,7 +195,7 @@ pub fn mistaken(
             let both: Vec<Suspect<'_>> = both.map(Suspect::Columns).collect();
             let (other, _) = set_right(stands.clone(), [&both, &of_all]);
             let tried = found.tried + both.len();
-            if other.variance_factors[1] * BETTER[0] < found.variance_factors[1] {
+            if other.without_outliers[1] * BETTER[0] < found.without_outliers[1] {
                 found = other;
             }
             found.tried = tried;
@@ -195,7 +204,7 @@ pub fn mistaken(
                 found = Mistaken { tried, ..set_two_right(&stands, &pairs).unwrap_or(found) };
             }
         }
-        odd = odd.filter(|(rest, _)| rest * BETTER[0] < found.variance_factors[1]);
+        odd = odd.filter(|(rest, _)| rest * BETTER[0] < found.without_outliers[1]);
     }
     if let Some((_, only)) = odd {
         read.iter_mut().for_each(|one| one.only = Some(only));
@@ -237,10 +246,12 @@ fn set_right<'c>(
     suspects: [&[Suspect<'c>]; MOST],
 ) -> (Mistaken, Vec<Sequence<'c>>) {
     let first = stands.problem.clone();
-    let mut found = Mistaken::none(stands.variance_factor);
+    let mut found = Mistaken::none(&stands);
     found.tried = suspects[0].len();
     let mut pairs = Vec::new();
     let mut set = Sequence::default();
+    let mut is_confirmed = true;
+    let as_read = stands.clone();
     for suspects in suspects {
         if stands.variance_factor < GOOD {
             break;
@@ -252,7 +263,13 @@ fn set_right<'c>(
         pairs = if is_first { glanced.pairs() } else { Vec::new() };
         let Some(next) = next_of(&first, &stands, glanced) else { break };
         next.add_to(&mut found);
+        is_confirmed = next.typed.is_better(&as_read);
         (set, stands) = (next.sequence.clone(), next.looked);
+    }
+    if !is_confirmed {
+        // Nobody who typed the line would find it.
+        let tried = found.tried;
+        return (Mistaken { tried, ..Mistaken::none(&as_read) }, pairs);
     }
     (found.with_changes(&first, &set, &stands), pairs)
 }
@@ -261,7 +278,10 @@ fn set_right<'c>(
 fn set_two_right(stands: &Looked, pairs: &[Sequence<'_>]) -> Option<Mistaken> {
     let first = &stands.problem;
     let next = next_of(first, stands, Glanced::at(first, stands, pairs)?)?;
-    let mut found = Mistaken::none(stands.variance_factor);
+    if !next.typed.is_better(stands) {
+        return None;
+    }
+    let mut found = Mistaken::none(stands);
     next.add_to(&mut found);
     Some(found.with_changes(first, next.sequence, &next.looked))
 }
@@ -271,7 +291,8 @@ impl Next<'_, '_> {
     fn add_to(&self, found: &mut Mistaken) {
         found.what.extend(self.sequence.named());
         found.alike.clone_from(&self.alike);
-        found.variance_factors[1] = self.looked.variance_factor;
+        found.variance_factors[1] = self.typed.of_all;
+        found.without_outliers[1] = self.looked.variance_factor;
     }
 }
 

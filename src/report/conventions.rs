@@ -10,9 +10,21 @@ use crate::units::decimal;
 /// Variance factor from which a convention set right is not all that is wrong.
 const DOUBTFUL: f64 = 30.0;
 
+/// How many times larger outliers make a variance factor that is reported without them, too.
+const OUTLIERS: f64 = 2.0;
+
 /// Whether something else is wrong beside a convention, or in its place.
 pub(super) fn is_doubtful(found: &Mistaken) -> bool {
-    found.variance_factors[1] > DOUBTFUL
+    found.without_outliers[1] > DOUBTFUL
+}
+
+/// Variance factors without outliers, where these are most of what is left.
+fn of_most(found: &Mistaken) -> String {
+    if found.without_outliers[1] * OUTLIERS > found.variance_factors[1] {
+        return String::new();
+    }
+    let [before, after] = found.without_outliers.map(|factor| decimal(factor, 2));
+    format!(", without outliers from {before} to {after}")
 }
 
 /// A paragraph, with what to type in these runs; empty if none was mistaken.
@@ -22,7 +34,8 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
     let what = if found.what.len() == 1 { "A convention" } else { "Conventions" };
     let place = found.run.as_ref().map_or(String::new(), |run| format!(" in run `{run}`"));
     let mut text = format!(
-        "\n{what} may have been mistaken{place}; set right, the variance factor falls from {before} to {after} ({} ways to read columns and formulas tried{}):\n",
+        "\n{what} may have been mistaken{place}; set right, the variance factor falls from {before} to {after}{} ({} ways to read columns and formulas tried{}):\n",
+        of_most(found),
         found.tried,
         if found.not_tried == 0 {
             String::new()
@@ -40,6 +53,7 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
         text.push_str("The readings do not distinguish them, but parameters depend on the choice: choose by the programs that wrote the logs.\n");
     }
     if is_doubtful(found) {
+        let after = decimal(found.without_outliers[1], 2);
         text.push_str(&format!("The variance factor is still {after}: another error remains, or this convention imitates one.\n"));
     }
     if !found.columns.is_empty() {
@@ -97,6 +111,7 @@ pub fn json_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> Value {
             "columns": columns,
             "formulas": found.formulas.iter().map(formula).collect::<Value>(),
             "variance_factors": found.variance_factors,
+            "without_outliers": found.without_outliers,
             "tried": found.tried,
             "not_tried": found.not_tried,
         })

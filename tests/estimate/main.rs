@@ -55,4 +55,5 @@ mod traceability;
 mod turns;
 mod two_routes;
 mod units_mistaken;
+mod units_of_heads;
 mod units_of_logs;

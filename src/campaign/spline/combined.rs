@@ -31,6 +31,10 @@ impl Spline {
         let pieces: Vec<(f64, &Pieces)> =
             used.iter().map(|(factor, one)| (*factor, &one.pieces)).collect();
         let mut sum = Self { pieces: Pieces::sum(constant, &pieces)?, ..first.clone() };
+        sum.raw = match used[..] {
+            [(factor, one)] => one.raw.as_ref().map(|raw| raw.scaled(constant, *factor)),
+            _ => None,
+        };
         for (at, end) in sum.ends.iter_mut().enumerate() {
             *end = constant + used.iter().map(|(factor, one)| factor * one.ends[at]).sum::<f64>();
         }

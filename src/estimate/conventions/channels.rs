@@ -124,8 +124,7 @@ impl Channels {
     /// The numbers to which a convention may apply, together; and how many more there are.
     pub(super) fn for_convention(&self, convention: &Convention) -> (Vec<Vec<Channel>>, usize) {
         let fits = |one: &Channel| {
-            let is_headed =
-                |head: &Unit| one.heads.iter().any(|own| own.symbol == head.symbol);
+            let is_headed = |head: &Unit| one.heads.iter().any(|own| own.symbol == head.symbol);
             convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
                 && convention.head.as_ref().is_none_or(is_headed)
         };

@@ -8,7 +8,7 @@ use crate::graph::Kind;
 use super::applied::Suspected;
 use super::sequence::Sequence;
 use super::suspect::Suspect;
-use super::trimmed::trimmed_fit;
+use super::trimmed::{Trimmed, trimmed_fit};
 use super::units::{BETTER_NEARBY, nearby_factors};
 use super::{GOOD, ITERATIONS, OPPOSITE};
 
@@ -18,7 +18,10 @@ pub(super) struct Looked {
     pub(super) problem: Problem,
     /// Where the fit ended.
     pub(super) point: Point,
+    /// Without outliers.
     pub(super) variance_factor: f64,
+    /// With them.
+    pub(super) of_all: f64,
     /// Its logarithm, relative to how far readings were stretched by what was set right last.
     pub(super) score: f64,
 }
@@ -30,10 +33,11 @@ impl Looked {
         start: &Point,
         sequence: Option<&Sequence<'_>>,
     ) -> Option<Self> {
-        let (fit, kept) = trimmed_fit(&problem, start.clone(), ITERATIONS[2])?;
+        let Trimmed { whole, fit, kept } = trimmed_fit(&problem, start.clone(), ITERATIONS[2])?;
         let variance_factor = fit.variance_factor;
         let score = sequence.map_or(variance_factor.ln(), |one| one.score(&kept, &fit));
-        Some(Self { problem, point: fit.point, variance_factor, score })
+        let of_all = whole.variance_factor;
+        Some(Self { problem, point: fit.point, variance_factor, of_all, score })
     }
 
     /// Scalars and vectors that have the other sign in another fit of the same parameters.

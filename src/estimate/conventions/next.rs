@@ -10,9 +10,11 @@ use super::looked::Looked;
 use super::quick::Quick;
 use super::residuals::Residuals;
 use super::sequence::Sequence;
+use super::streams::smooth_as_stated;
 use super::suspect::Suspect;
 use super::trimmed::trimmed_fit;
-use super::{BETTER, GOOD, ITERATIONS, Instead, SAMPLES};
+use super::typed::{Typed, is_far_better};
+use super::{ALIKE, BETTER, GOOD, ITERATIONS, Instead, SAMPLES};
 
 /// Conventions that are compared on more samples, and of those that fit like the best.
 const FURTHER: [usize; 2] = [6, 12];
@@ -22,17 +24,23 @@ const FIRSTS: usize = 8;
 const SECONDS: usize = 30;
 /// Conventions that fit so many times worse than the best are not compared.
 const HOPELESS: f64 = 30.0;
-/// Conventions that fit up to so many times worse than the best are listed with it.
-const ALIKE: f64 = 1.5;
-
 /// What may be set right next.
 pub(super) struct Next<'s, 'c> {
     /// All that is set right with it.
     pub(super) sequence: &'s Sequence<'c>,
     /// How well that fits.
     pub(super) looked: Looked,
+    /// How well it does for whoever types it.
+    pub(super) typed: Typed,
     /// Others that fit about as well.
     pub(super) alike: Vec<Instead>,
+}
+
+/// One that fits far better than the numbers as they stand.
+struct Compared<'s, 'c> {
+    looked: Looked,
+    typed: Typed,
+    sequence: &'s Sequence<'c>,
 }
 
 /// What may be set right in a problem on few samples, best first, and how well these fit as they stand.
@@ -55,7 +63,7 @@ impl<'s, 'c> Glanced<'s, 'c> {
         let control = Quick::of(&few, None)?.score;
         // As they stand they fit from there, too.
         let there = trimmed_fit(&numbers, stands.point.clone(), ITERATIONS[1]);
-        let control = there.map_or(control, |(fit, _)| control.min(fit.variance_factor.ln()));
+        let control = there.map_or(control, |one| control.min(one.fit.variance_factor.ln()));
         let few = Thinned::of(first, SAMPLES[0]);
         let numbers = few.late_by(0.0, &[])?;
         let is_borne_out = |sequence: &Sequence<'_>| {
@@ -101,37 +109,53 @@ pub(super) fn next_of<'s, 'c>(
     // Which of those that fit alike come first is a matter of rounding.
     let further = within(ALIKE).clamp(FURTHER[0], FURTHER[1]).min(within(HOPELESS));
     tried.truncate(further);
-    let mut compared: Vec<(Looked, &Sequence<'_>)> = tried
+    let mut compared: Vec<Compared<'s, 'c>> = tried
         .into_par_iter()
         .filter_map(|(quick, sequence)| {
-            let problem = sequence.applied(first)?;
+            let mut problem = sequence.applied(first)?;
+            smooth_as_stated(&mut problem, first);
             Some((Looked::at(problem, &quick.point, Some(sequence))?, sequence))
         })
         .filter(|(looked, _)| {
-            let times = stands.variance_factor / looked.score.exp();
-            times > BETTER[0] || (times > BETTER[1] && looked.variance_factor < GOOD)
+            let scored = looked.score.exp();
+            is_far_better(stands.variance_factor, scored, looked.variance_factor)
         })
         .filter(|(looked, sequence)| !looked.is_another_factor(first, sequence))
-        .collect();
-    let best = compared.iter().map(|(looked, _)| looked.score).min_by(f64::total_cmp)?;
-    compared.retain(|(looked, _)| looked.score < best + ALIKE.ln());
-    // Of those that fit alike what fits the stated uncertainties, then the simplest: a sign before a
-    // turn, a turn before both.
-    compared.sort_by_key(|(looked, sequence)| (looked.variance_factor >= GOOD, sequence.order()));
-    let mut compared = compared.into_iter();
-    let (looked, sequence) = compared.next()?;
-    // Beside one that fits as stated, no other does about as well that does not.
-    let most = (ALIKE * looked.variance_factor).max(GOOD);
-    let own = sequence.named();
-    let alike = compared
-        .filter(|(other, _)| other.variance_factor < most)
-        .filter_map(|(other, sequence)| {
-            let mut others = sequence.named();
-            others.retain(|one| !own.contains(one));
-            Some(Instead { opposite: looked.opposite(&other), ..joined(others)? })
+        .map(|(looked, sequence)| {
+            let typed = Typed::of(first, sequence);
+            Compared { looked, typed, sequence }
         })
         .collect();
-    Some(Next { sequence, looked: looked.improved(), alike })
+    let best = compared.iter().map(|one| one.looked.score).min_by(f64::total_cmp)?;
+    compared.retain(|one| one.looked.score < best + ALIKE.ln());
+    for one in compared.iter_mut().filter(|one| !one.typed.reaches(&one.looked)) {
+        one.typed = Typed::improved(first, one.sequence);
+    }
+    // A step on the way may still fit badly, and be within reach with the next alone.
+    compared.retain(|one| one.looked.variance_factor >= GOOD || one.typed.is_better(stands));
+    let of_all = compared.iter().map(|one| one.typed.of_all).fold(f64::INFINITY, f64::min);
+    let is_of_some = |one: &Compared<'_, '_>| one.typed.of_all >= (ALIKE * of_all).max(GOOD);
+    // Of those that fit alike what fits the stated uncertainties, outliers counted, then the simplest:
+    // a sign before a turn, a turn before both.
+    compared.sort_by_key(|one| {
+        let is_bad = one.looked.variance_factor >= GOOD || is_of_some(one);
+        (is_bad, !one.typed.is_settled, one.sequence.order())
+    });
+    let mut compared = compared.into_iter();
+    let Compared { looked, typed, sequence } = compared.next()?;
+    // Beside one that fits as stated, no other does about as well that does not.
+    let most = (ALIKE * looked.variance_factor).max(GOOD);
+    let most_of_all = (ALIKE * typed.of_all).max(GOOD);
+    let own = sequence.named();
+    let alike = compared
+        .filter(|one| one.looked.variance_factor < most && one.typed.of_all < most_of_all)
+        .filter_map(|one| {
+            let mut others = one.sequence.named();
+            others.retain(|one| !own.contains(one));
+            Some(Instead { opposite: looked.opposite(&one.looked), ..joined(others)? })
+        })
+        .collect();
+    Some(Next { sequence, looked: looked.improved(), typed, alike })
 }
 
 /// Two that help together, as one.

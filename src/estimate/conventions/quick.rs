@@ -6,7 +6,7 @@ use crate::estimate::minima::thinned::{Thinned, Tried};
 use crate::estimate::start::start;
 
 use super::sequence::Sequence;
-use super::trimmed::trimmed_fit;
+use super::trimmed::{Trimmed, trimmed_fit};
 use super::{ITERATIONS, STARTS};
 
 /// A convention on few samples, from several attitudes.
@@ -39,8 +39,9 @@ impl Quick {
             .iter()
             .take(STARTS)
             .map(|one| trimmed_fit(&problem, one.point.clone(), ITERATIONS[1]));
-        let (best, kept) =
-            further.flatten().min_by(|a, b| a.0.variance_factor.total_cmp(&b.0.variance_factor))?;
+        let Trimmed { fit: best, kept, .. } = further
+            .flatten()
+            .min_by(|a, b| a.fit.variance_factor.total_cmp(&b.fit.variance_factor))?;
         let stands = best.variance_factor.ln();
         let score = sequence.map_or(stands, |sequence| sequence.score(&kept, &best));
         Some(Self { score, point: best.point })

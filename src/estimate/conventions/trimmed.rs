@@ -16,14 +16,21 @@ const MOST: f64 = 0.2;
 /// Fits at most.
 const ROUNDS: usize = 3;
 
-/// A fit from a start, without the samples that are outliers beside it, and the samples that it is a
-/// fit of. `None` where the model has no values.
-pub(super) fn trimmed_fit(
-    problem: &Problem,
-    start: Point,
-    iterations: usize,
-) -> Option<(Tried, Problem)> {
+/// A fit with outliers and without them.
+pub(super) struct Trimmed {
+    /// Of all samples.
+    pub(super) whole: Tried,
+    /// Without the samples that are outliers beside it.
+    pub(super) fit: Tried,
+    /// The samples that it is a fit of.
+    pub(super) kept: Problem,
+}
+
+/// A fit from a start, and without the samples that are outliers beside it. `None` where the model has
+/// no values.
+pub(super) fn trimmed_fit(problem: &Problem, start: Point, iterations: usize) -> Option<Trimmed> {
     let mut fitted = Tried::fit(problem.clone(), start, 0.0, iterations)?;
+    let whole = fitted.clone();
     let (mut out, mut kept) = (BTreeSet::new(), problem.clone());
     for _ in 1..ROUNDS {
         let outliers = outliers(problem, &fitted.point);
@@ -39,7 +46,7 @@ pub(super) fn trimmed_fit(
         fitted = Tried::fit(kept.clone(), fitted.point, 0.0, iterations)?;
         out = outliers;
     }
-    Some((fitted, kept))
+    Some(Trimmed { whole, fit: fitted, kept })
 }
 
 /// Campaign, run and number of the samples that are outliers; none where they are many of a run.

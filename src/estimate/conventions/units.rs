@@ -70,6 +70,16 @@ fn instead(form: Form, other: &Unit, head: &Unit, factor: f64) -> Option<Convent
     Some(Convention { head: Some(head.clone()), ..one })
 }
 
+/// A factor as it is written: `/ 0.3048`, where that is shorter than `* 3.28...`.
+fn by(factor: f64) -> String {
+    let digits = |value: f64| -> String {
+        let rounded: Option<f64> = format!("{value:.14e}").parse().ok();
+        rounded.unwrap_or(value).to_string()
+    };
+    let [times, over] = [digits(factor), digits(1.0 / factor)];
+    if over.len() < times.len() { format!("/ {over}") } else { format!("* {times}") }
+}
+
 /// A convention that multiplies numbers, or the components of vectors.
 fn scaled(
     form: Form,
@@ -80,9 +90,11 @@ fn scaled(
 ) -> Option<Convention> {
     let of = if form == Form::Vector { "vector" } else { "number" };
     let unit = unit.map_or_else(String::new, |unit| format!("unit = \"{unit}\"\n"));
-    let line = |component: &&str| format!("{component} = '{component} * {factor}'\n");
+    let by = by(factor);
+    let line = |component: &&str| format!("{component} = '{component} {by}'\n");
     let lines: String = form.components().iter().map(line).collect();
-    let text = format!("name = \"{name}\"\ntitle = \"{title}\"\nof = \"{of}\"\n{unit}[as]\n{lines}");
+    let text =
+        format!("name = \"{name}\"\ntitle = \"{title}\"\nof = \"{of}\"\n{unit}[as]\n{lines}");
     Convention::parse(Source::new(name.to_owned(), text)).ok()
 }
 
@@ -91,7 +103,8 @@ pub(super) fn nearby_factors(convention: &Convention) -> Vec<Convention> {
     if !scale(convention).is_some_and(|scale| (scale.abs() - 1.0).abs() > SAME) {
         return Vec::new();
     }
-    let nearby = |factor: &f64| scaled(convention.form, "nearby factor", "nearby factor", *factor, None);
+    let nearby =
+        |factor: &f64| scaled(convention.form, "nearby factor", "nearby factor", *factor, None);
     let all = NEARBY.iter().filter_map(nearby);
     all.filter_map(|one| one.after(convention)).collect()
 }
@@ -142,9 +155,8 @@ mod tests {
     #[test]
     fn units_of_the_kind_that_is_stated_are_tried_once() {
         let unit = |symbol: &str| Unit::parse(symbol).unwrap();
-        let of = |heads: &[Unit], known: &[Convention]| {
-            other_units(Form::Number, heads, heads, known)
-        };
+        let of =
+            |heads: &[Unit], known: &[Convention]| other_units(Form::Number, heads, heads, known);
         let speed = [unit("m/s")];
         let found = of(&speed, &[]);
         let slope_of = |found: &[Convention], name: &str| {
@@ -163,7 +175,8 @@ mod tests {
         // Heads of logs state other units than models, and what a model states may stand there.
         let pressures = of(&[unit("bar")], &[]);
         assert!(pressures.iter().any(|one| one.name == "psi for bar"), "{pressures:?}");
-        let found = other_units(Form::Number, &[unit("ft/s")], &[unit("ft/s"), speed[0].clone()], &[]);
+        let found =
+            other_units(Form::Number, &[unit("ft/s")], &[unit("ft/s"), speed[0].clone()], &[]);
         assert!((slope_of(&found, "m/s for ft/s") * 0.3048 - 1.0).abs() < 1e-12);
         // Every unit of the kind of every unit of the table, either way.
         for (head, ..) in TABLE {

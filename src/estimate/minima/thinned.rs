@@ -127,6 +127,8 @@ pub(in crate::estimate) struct Tried {
     pub(in crate::estimate) readings: usize,
     /// The sum of squares over the degrees of freedom.
     pub(in crate::estimate) variance_factor: f64,
+    /// Whether the unknowns settled.
+    pub(in crate::estimate) is_settled: bool,
 }
 
 impl Tried {
@@ -143,6 +145,7 @@ impl Tried {
         let found = fit(&mut problem, start, &options).ok()?;
         let variance_factor = found.cost / free.max(1) as f64;
         variance_factor.is_finite().then_some(Self {
+            is_settled: found.outcome.is_result(),
             offset,
             point: found.point,
             chi_squared: found.cost,
