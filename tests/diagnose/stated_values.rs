@@ -250,41 +250,45 @@ const STATION: &str = r#"
 name = "station"
 title = "A station beside a rail"
 [inputs]
-place = { unit = "m" }
+rail = { unit = "m" }
 [parameters]
-along = { unit = "m", scope = "rig" }
-height = { unit = "m", scope = "rig" }
+place = { kind = "vector", unit = "m", scope = "rig" }
+[quantities]
+point = '[rail, 0 m, 0 m] - place'
 [measurands]
-range = { value = 'hypot(place - along, height)', unit = "m" }
-slope = { value = 'atan2(height, place - along)', kind = "angle", unit = "rad" }
+range = { value = 'norm(point)', unit = "m" }
+azimuth = { value = 'atan2(point.y, point.x)', kind = "angle", unit = "rad" }
+slope = { value = 'atan2(point.z, hypot(point.x, point.y))', kind = "angle", unit = "rad" }
 "#;
 
-/// What a campaign fixes has no uncertainty that could speak: the readings do, and it is no change at
-/// the first row that is left.
+/// A component that a campaign fixes has no uncertainty that could speak: the readings do, and it is no
+/// change at the first row that is left.
 #[test]
-fn a_fixed_value_that_is_wrong_is_named_with_what_it_is_off() {
+fn a_fixed_component_that_is_wrong_is_named_with_what_it_is_off() {
     for (seed, off) in [(1, 0.02), (2, -0.05), (3, 0.1)] {
         let mut stream = Stream(seed);
-        let mut log = String::from("place [m],range [m],slope [rad]\n");
+        let mut log = String::from("rail [m],range [m],azimuth [rad],slope [rad]\n");
         for row in 0..600 {
-            let place = 2.0 + 8.0 * f64::from(row) / 599.0;
-            let (x, height) = (place - 0.3, 1.0);
-            let range = x.hypot(height) + 1e-3 * stream.normal();
-            let slope = height.atan2(x) + 3e-4 * stream.normal();
-            log += &format!("{place},{range},{slope}\n");
+            let rail = 2.0 + 8.0 * f64::from(row) / 599.0;
+            let (x, y, z): (f64, f64, f64) = (rail - 0.3, -0.2, 1.0);
+            let range = x.hypot(y).hypot(z) + 1e-3 * stream.normal();
+            let azimuth = y.atan2(x) + 3e-4 * stream.normal();
+            let slope = z.atan2(x.hypot(y)) + 3e-4 * stream.normal();
+            log += &format!("{rail},{range},{azimuth},{slope}\n");
         }
         let campaign = format!(
-            "title = \"Station\"\nmodel = \"model.toml\"\n[parameters]\nheight = {{ value = \"{} m\", fixed = true }}\n\
-             [measurands]\nrange = {{ sigma = \"1 mm\" }}\nslope = {{ sigma = \"0.3 mrad\" }}\n\
+            "title = \"Station\"\nmodel = \"model.toml\"\n[parameters]\nplace = {{ z = {{ value = \"{} m\", fixed = true }} }}\n\
+             [measurands]\nrange = {{ sigma = \"1 mm\" }}\nazimuth = {{ sigma = \"0.3 mrad\" }}\nslope = {{ sigma = \"0.3 mrad\" }}\n\
              [[runs]]\nname = \"one\"\nsetup = \"A\"\ndata = \"log.csv\"\n",
-            1.0 + off
+            -1.0 + off
         );
         let files = [("model.toml", STATION), ("log.csv", &log), ("campaign.toml", &campaign)];
         let found = diagnosed(&files.map(|(name, text)| (name.to_owned(), text.to_owned())));
         assert_eq!(found.verdict, Verdict::Unknown);
         let first = &found.remainder[0];
-        assert_eq!(first.place.stated(), Some("height"), "{}", first.place.words);
-        let change = first.change.as_ref().unwrap().value;
-        assert!((change / -off - 1.0).abs() < 0.15, "{change} for {off}");
+        let log = found.log.join("\n");
+        assert_eq!(first.place.stated(), Some("place.z"), "{}: {log}", first.place.words);
+        let change = first.change.as_ref().map_or(f64::NAN, |one| one.value);
+        assert!((change / -off - 1.0).abs() < 0.15, "{change} for {off}: {log}");
     }
 }
