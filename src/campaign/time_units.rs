@@ -169,6 +169,6 @@ mod tests {
         assert_eq!(unit_of(2.2e6), Some("us"));
         assert_eq!(unit_of(0.4e9), Some("ns"));
         assert_eq!(unit_of(60.0), None);
-        assert_eq!(unit_of(1.0), None);
+        assert_eq!(unit_of(1.0), Some("s"));
     }
 }

@@ -75,12 +75,8 @@ impl Problem {
         })
     }
 
-    /// The same readings over other streams: `other` of a campaign's tracks, a run (of all) and an input.
-    /// `None` where no stream is another.
-    fn with_streams(
-        &self,
-        other: &dyn Fn(&Part, &[Track], (usize, usize)) -> Option<Spline>,
-    ) -> Option<Self> {
+    /// The same readings over other streams, if any is another.
+    fn with_streams(&self, other: Other<'_>) -> Option<Self> {
         let mut changed = self.clone();
         let mut is_any = false;
         for (p, part) in self.parts.iter().enumerate() {
@@ -195,6 +191,9 @@ impl Problem {
         sums.into_iter().map(|(sum, count)| sum / f64::max(count, 1.0)).collect()
     }
 }
+
+/// Another curve of a campaign's tracks, for a run (of all) and an input.
+type Other<'a> = &'a dyn Fn(&Part, &[Track], (usize, usize)) -> Option<Spline>;
 
 /// The curve of an input, with one draw of its error.
 fn disturbed(part: &Part, tracks: &[Track], input: usize) -> Option<Track> {
