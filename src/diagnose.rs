@@ -208,22 +208,30 @@ pub fn judge(
 }
 
 /// Gives the measurands of a held-out campaign the noise that was found, where it states the same of them
-/// as the campaign that was fitted.
+/// as the campaigns that were fitted, and these agree.
 fn with_found_noise(part: &mut Part, diagnosis: &Diagnosis) {
     let names = part.system.assembly.names.measurands.clone();
-    for fitted in &diagnosis.nominal.problem.parts {
-        let known = &fitted.system.assembly.names.measurands;
-        for (stated, one) in part.sigma.iter_mut().zip(names.iter()) {
+    for (stated, one) in part.sigma.iter_mut().zip(names.iter()) {
+        let fitted = diagnosis.nominal.problem.parts.iter().filter(|fitted| {
+            let known = &fitted.system.assembly.names.measurands;
             let same = known.iter().position(|own| own.name == one.name);
+            same.is_some_and(|same| fitted.sigma[same] == *stated)
+        });
+        let factors = fitted.map(|fitted| {
             let level = diagnosis.levels.iter().find(|level| {
                 let is_of = level.of.is_none() || level.of == fitted.label;
                 level.run.is_none() && level.measurand == one.name && is_of
             });
-            if let (Some(same), Some(level)) = (same, level)
-                && fitted.sigma[same] == *stated
-            {
-                *stated *= level.factor;
-            }
+            level.map_or(1.0, |level| level.factor)
+        });
+        let factors: Vec<f64> = factors.collect();
+        let [least, most] =
+            [f64::min, f64::max].map(|of| factors.iter().copied().reduce(of).unwrap_or(1.0));
+        if most < SAME_NOISE * least {
+            *stated *= (least * most).sqrt();
         }
     }
 }
+
+/// Factor within which campaigns have the same noise.
+const SAME_NOISE: f64 = 1.2;

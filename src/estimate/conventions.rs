@@ -292,7 +292,7 @@ impl Next<'_, '_> {
         found.what.extend(self.sequence.named());
         found.alike.clone_from(&self.alike);
         found.variance_factors[1] = self.typed.of_all;
-        found.without_outliers[1] = self.looked.variance_factor;
+        found.without_outliers[1] = self.typed.variance_factor;
     }
 }
 

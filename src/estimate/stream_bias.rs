@@ -5,7 +5,7 @@
 //! as much noise again it moves by about as much again (simulation and linear extrapolation, Cook and
 //! Stefanski 1994). Smoothing takes something off the motion, too; once more, nearly as much again. The
 //! first order is all that is found: where an estimate has lost half of its size, the bias is larger than
-//! found. It corrects nothing.
+//! found. It corrects nothing, and does not look at rotations.
 
 use std::collections::BTreeMap;
 
@@ -16,6 +16,7 @@ use crate::engine::gram::LeastSquares;
 use crate::estimate::arrow::normal_matrix;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::inverse_factor::Factor;
+use crate::graph::Kind;
 
 /// Standard uncertainties of an estimate from which its bias is reported.
 const LEAST: f64 = 1.0;
@@ -55,9 +56,11 @@ pub fn stream_biases(result: &Calibration) -> Vec<StreamBias> {
     };
     let steps = || {
         let [one, other] = problem.with_noisier_streams()?;
+        // At a bound, or near a jump, there is a step without any change, too.
+        let without = step(problem)?;
         // With the noise the other way round, so that what is odd in it cancels.
-        let by_noise = 0.5 * (step(&one)? + step(&other)?);
-        Some([by_noise, step(&problem.with_streams_smoothed_again()?)?])
+        let by_noise = 0.5 * (step(&one)? + step(&other)?) - &without;
+        Some([by_noise, step(&problem.with_streams_smoothed_again()?)? - without])
     };
     let Some(steps) = steps() else { return Vec::new() };
     let mut component: BTreeMap<usize, usize> = BTreeMap::new();
@@ -73,7 +76,9 @@ pub fn stream_biases(result: &Calibration) -> Vec<StreamBias> {
         let is_of_noise = of_noise.abs() >= least;
         let by = if is_of_noise { Cause::Noise } else { Cause::Smoothing };
         let bias = if is_of_noise { of_noise } else { of_smoothing };
-        (estimate.value.is_some() && bias.abs() >= least).then_some(StreamBias {
+        // Components of a rotation are no steps of its tangent space.
+        let is_plain = problem.layout.instances[instance].kind != Kind::Rotation;
+        (is_plain && estimate.value.is_some() && bias.abs() >= least).then_some(StreamBias {
             estimate,
             bias,
             by,

@@ -35,6 +35,10 @@ impl Spline {
             [(factor, one)] => one.raw.as_ref().map(|raw| raw.scaled(constant, *factor)),
             _ => None,
         };
+        sum.scatter = match used[..] {
+            [(factor, one)] => one.scatter.map(|[raw, of_knot]| [raw * factor.abs(), of_knot]),
+            _ => None,
+        };
         for (at, end) in sum.ends.iter_mut().enumerate() {
             *end = constant + used.iter().map(|(factor, one)| factor * one.ends[at]).sum::<f64>();
         }

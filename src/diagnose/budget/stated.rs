@@ -59,19 +59,31 @@ impl Linear {
         self.with_fixed_values();
     }
 
-    /// Adds for each component of a parameter that the campaign fixes the term that its value is wrong:
-    /// another value in each run, all alike.
+    /// Adds for each component of a parameter that a campaign fixes the term that its value is wrong:
+    /// another value in each run of the campaign, all alike.
     fn with_fixed_values(&mut self) {
+        let problem = &self.fitted.problem;
+        let runs = problem.run_names();
+        let mut terms = Vec::new();
         for candidate in 0..self.candidates.len() {
-            let columns = &self.sums.of_candidate[candidate];
-            let Some(name) = self.fixed(candidate).filter(|_| !columns.is_empty()) else {
-                continue;
-            };
-            let all = columns.iter().map(|column| (*column, 1.0)).collect();
-            let place = Place::of_stated(&name, None);
-            let term = Term::new(place.words.clone(), Some(place), vec![all]);
-            self.terms.push(Term { candidate, ..term });
+            let Some(name) = self.fixed(candidate) else { continue };
+            for (number, part) in problem.parts.iter().enumerate() {
+                let is_of_part = |column: &usize| {
+                    let of = self.sums.owners[column - self.sums.nominal].of.as_ref();
+                    let run = of.and_then(|of| runs.iter().position(|run| run == of));
+                    run.is_some_and(|run| problem.run_at(run).0 == number)
+                };
+                let own = self.sums.of_candidate[candidate].iter().copied().filter(is_of_part);
+                let all: Vec<(usize, f64)> = own.map(|column| (column, 1.0)).collect();
+                if !all.is_empty() {
+                    let label = part.label.as_deref().filter(|_| problem.parts.len() > 1);
+                    let place = Place::of_stated(&name, label);
+                    let term = Term::new(place.words.clone(), Some(place), vec![all]);
+                    terms.push(Term { candidate, ..term });
+                }
+            }
         }
+        self.terms.extend(terms);
     }
 
     /// The name of the component of a parameter of which a block is another value, if the campaign fixes it.

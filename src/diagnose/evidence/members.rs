@@ -5,6 +5,8 @@
 //! wave explained. So it is looked for again beside all of them. An effect with several families keeps
 //! the members that it has.
 
+use std::collections::BTreeSet;
+
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, fitting};
 use crate::diagnostic::Diagnostics;
@@ -62,15 +64,19 @@ pub fn choose(
             put_in.push(one.clone());
         }
     }
+    let mut recipes = recipes.to_vec();
+    let problem = match state_alike(&mut recipes) {
+        true => put_together(&problem, &recipes)?,
+        false => problem,
+    };
     let (open, closed): (Vec<_>, Vec<_>) =
-        put_in.into_iter().partition(|one| is_open(recipes, one));
+        put_in.into_iter().partition(|one| is_open(&recipes, one));
     if open.is_empty() {
         return Ok((problem, Vec::new()));
     }
-    let Ok(found) = fitted_beside(&problem, recipes, (&closed, &open), options) else {
+    let Ok(found) = fitted_beside(&problem, &recipes, (&closed, &open), options) else {
         return Ok((problem, Vec::new()));
     };
-    let mut recipes = recipes.to_vec();
     for (selected, ..) in &found {
         let of = recipes.iter_mut().flat_map(|recipe| &mut recipe.effects);
         for own in of.filter(|own| own.name() == selected.name()) {
@@ -78,7 +84,10 @@ pub fn choose(
         }
     }
     let made = put_together(&problem, &recipes)?;
-    let chosen = found.into_iter().filter_map(|(selected, tried, gains)| {
+    // Heads have one member.
+    let mut known = BTreeSet::new();
+    let first = |one: &Best| known.insert(one.0.effect.name.clone());
+    let chosen = found.into_iter().filter(first).filter_map(|(selected, tried, gains)| {
         let (family, value) = selected.member.iter().next()?;
         let declared = selected.effect.shape.get(family)?;
         Some(Chosen {
@@ -135,19 +144,38 @@ fn fitted_beside(
         take(&mut fitted, one)?;
     }
     let mut found: Vec<Best> = Vec::new();
-    for one in open {
-        let best = match one.effect.shape.values().next().map(|family| &family.members) {
-            Some(Members::List(list)) => best_of_list(&fitted, one, list),
-            _ => best_of_range(&fitted, one).map(|(best, tried)| (best, tried, [None; 2])),
-        };
-        if let Some(best) = best {
-            take(&mut fitted, &best.0)?;
-            found.push(best);
+    for heads in open.chunk_by(|a, b| a.effect.name == b.effect.name) {
+        // Of the members that are best of each head the one with which all of them fit best.
+        let mut best: Option<(Fitted, Vec<Best>)> = None;
+        for head in heads {
+            let own = match head.effect.shape.values().next().map(|family| &family.members) {
+                Some(Members::List(list)) => best_of_list(&fitted, head, list),
+                _ => best_of_range(&fitted, head).map(|(best, tried)| (best, tried, [None; 2])),
+            };
+            let Some((own, tried, gains)) = own else { continue };
+            let (mut with, mut all) = (fitted.clone(), Vec::new());
+            for other in heads {
+                let other = Selected { member: own.member.clone(), ..other.clone() };
+                take(&mut with, &other)?;
+                all.push((other, tried, gains));
+            }
+            if best.as_ref().is_none_or(|(known, _)| with.fit.cost < known.fit.cost) {
+                best = Some((with, all));
+            }
+        }
+        if let Some((with, all)) = best {
+            fitted = with;
+            found.extend(all);
         }
     }
     for _ in 0..if closed.len() + open.len() > 1 { ROUNDS } else { 0 } {
         let mut is_other = false;
-        for (selected, tried, _) in &mut found {
+        for at in 0..found.len() {
+            let name = &found[at].0.effect.name;
+            if found.iter().filter(|one| one.0.effect.name == *name).count() > 1 {
+                continue;
+            }
+            let (selected, tried, _) = &mut found[at];
             if let Some((with, members)) = with_best_member(&fitted, &selected.name(), options)? {
                 fitted = with;
                 *tried = members;
@@ -163,6 +191,30 @@ fn fitted_beside(
         }
     }
     Ok(found)
+}
+
+/// What one campaign states of a member holds for those that state nothing; whether there are such.
+fn state_alike(recipes: &mut [Recipe]) -> bool {
+    let said: Vec<(String, f64)> = recipes
+        .iter()
+        .flat_map(|recipe| &recipe.overrides)
+        .filter_map(|said| Some((said.name.clone(), said.value.as_ref()?.first()?.0)))
+        .collect();
+    let mut is_any = false;
+    for recipe in recipes {
+        let own: BTreeSet<&str> = recipe.overrides.iter().map(|said| said.name.as_str()).collect();
+        for selected in &mut recipe.effects {
+            for family in selected.effect.shape.keys() {
+                let name = format!("{}.{family}", selected.effect.name);
+                let stated = said.iter().find(|one| one.0 == name && !own.contains(name.as_str()));
+                if let Some((_, value)) = stated.filter(|_| !selected.member.contains_key(family)) {
+                    selected.member.insert(family.clone(), *value);
+                    is_any = true;
+                }
+            }
+        }
+    }
+    is_any
 }
 
 /// Whether an effect has one family, of which nobody stated a member. A memory is a matter of the

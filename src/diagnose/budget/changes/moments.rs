@@ -134,13 +134,16 @@ impl Linear {
                     }
                 }
                 // A value that the campaign fixes may be wrong from the beginning.
-                let of_all = |best: f64| {
-                    let (taken, along) = taken_up.taken(0, None);
-                    let left = total - taken;
-                    left > TAKEN_UP * total
-                        && (sum[(n, 0)] - along).powi(2) / left + 2.0 * ENTER > best
+                let from_the_first = |(gain, bin): (f64, usize)| {
+                    let first = (0..=bin).rev().take_while(|own| part(*own) == part(bin)).last();
+                    let first = first.unwrap_or(bin);
+                    let square = sum[(n + 1, first)];
+                    let (taken, along) = taken_up.taken(first, None);
+                    let left = square - taken;
+                    left > TAKEN_UP * square
+                        && (sum[(n, first)] - along).powi(2) / left + 2.0 * ENTER > gain
                 };
-                if is_fixed && best.is_some_and(|best| of_all(best.0)) {
+                if is_fixed && best.is_some_and(from_the_first) {
                     continue;
                 }
                 // Things change between runs: only far better evidence places a change within one.
