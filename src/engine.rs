@@ -14,6 +14,7 @@
 //! | [`noise`] | the covariance of the readings of one sample, and its whitening |
 //! | `noise_of_problem` | the same for one sample after the other, and the rms of it; levels of random quantities |
 //! | [`smoothed`] | what errors of smoothed streams add to readings |
+//! | `stated_sigma` | standard uncertainties that are stated as formulas |
 //! | [`gauss_markov`] | rows whitened along time, where noise is like itself for a while |
 //! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
 //! | `negligible` | columns of angles that are nothing but rounding |
@@ -54,6 +55,7 @@ mod shared;
 pub mod signatures;
 pub mod simulate;
 pub mod smoothed;
+mod stated_sigma;
 pub mod stretches;
 pub mod switched_off;
 pub mod undefined;

@@ -143,6 +143,12 @@ pub(crate) fn misfit(points: &Points, curve: &Curve) -> f64 {
     (sum / total).sqrt()
 }
 
+/// Standard deviation of the raw values about what they are of, from how far they are off the curve, which
+/// follows them in part.
+pub(crate) fn raw_scatter(misfit: f64, curve: &Curve) -> f64 {
+    misfit / (1.0 - curve.leverage).max(1e-3).sqrt()
+}
+
 /// The curve; where rounding spoils the factorisation, with ever less smoothing.
 fn solve_or_relax(points: &Points, weights: &[f64], s: f64) -> Curve {
     let mut s = s;

@@ -139,9 +139,8 @@ impl Spline {
         let mut spline = Self::from_curve(first + shift, points.x, &curve);
         spline.raw = raw;
         spline.gaps = spline.guessed(mean_spacing(times), scatter);
-        let raw = scatter / (1.0 - curve.leverage).max(1e-3).sqrt();
         let of_knot = (spline.knots.len() as f64 / values.len() as f64).sqrt();
-        spline.scatter = Some([raw, of_knot]);
+        spline.scatter = Some([smoothing::raw_scatter(scatter, &curve), of_knot]);
         spline.is_stated = matches!(smoothing, Smoothing::TimeConstant(_));
         Ok(spline)
     }

@@ -25,9 +25,7 @@ impl Joint {
         let (problem, chosen) =
             choose(loaded.problem.clone(), &loaded.recipes, effects, &Options::default())?;
         let fit = estimate_with(problem.clone(), effects)?;
-        if !chosen.is_empty() {
-            loaded.problem = problem;
-        }
+        loaded.problem = problem;
         if !fit.held.is_empty() {
             loaded.problem = fit.problem.clone();
         }

@@ -24,6 +24,14 @@ impl Fitted {
         self.fit.outcome.is_result()
     }
 
+    /// The value of a component of the same parameter here, as of another layout.
+    pub fn value(&self, one: &Instance, component: usize) -> Option<f64> {
+        let (layout, point) = (&self.problem.layout, &self.fit.point);
+        let is_same = |own: &Instance| own.name == one.name && own.whose() == one.whose();
+        let same = layout.instances.iter().position(is_same)?;
+        point.components(layout, same).get(component).copied()
+    }
+
     /// The same campaigns with one more effect, fitted from here. `None` where the effect fits no
     /// campaign.
     pub fn with(

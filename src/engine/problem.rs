@@ -10,7 +10,6 @@ use crate::campaign::signal::moving_signals;
 use crate::engine::found_starts::FoundStart;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share};
-use crate::engine::noise::{factors, impossible_factor};
 use crate::engine::part::Part;
 use crate::engine::point::{Point, seeded};
 use crate::engine::programs::Programs;
@@ -210,64 +209,6 @@ impl Problem {
     /// Whether a part of the noise of any row is autocorrelated.
     pub fn has_memory(&self) -> bool {
         self.parts.iter().any(|part| part.gauss_markov.iter().any(Option::is_some))
-    }
-
-    /// A measurand whose standard uncertainty an effect would make negative at a point, with the
-    /// factor on it there.
-    pub fn negative_noise(&self, point: &Point) -> Option<(&str, f64)> {
-        self.parts.iter().enumerate().find_map(|(p, part)| {
-            let patched = part.slots().iter().any(|slot| slot.sigma_factor.is_some());
-            let mut runs = (0..part.runs.len()).filter(|_| patched);
-            let (_, measurand, factor) = runs.find_map(|run| {
-                impossible_factor(part, run, &self.parameters(p, run, point), |factor| factor < 0.0)
-            })?;
-            Some((part.system.assembly.names.measurands[measurand].name.as_str(), factor))
-        })
-    }
-
-    /// Root mean square of the stated standard uncertainty (SI) of the readings of a measurand at a
-    /// point: where it is a formula it has another value for each.
-    pub fn rms_sigma(&self, point: &Point, part: usize, measurand: usize) -> f64 {
-        let own = &self.parts[part];
-        if own.slots()[measurand].sigma_factor.is_none() {
-            return own.sigma[measurand];
-        }
-        let runs = (0..own.runs.len()).flat_map(|run| {
-            let all = factors(own, run, &self.parameters(part, run, point), measurand);
-            all.into_iter().filter(|factor| !factor.is_nan())
-        });
-        let (sum, count) = runs.fold((0.0, 0), |all, one| (all.0 + one * one, all.1 + 1));
-        own.sigma[measurand] * (sum / count.max(1) as f64).sqrt()
-    }
-
-    /// The factors on what is stated as a measurand's standard uncertainty, sample by sample of a run, at
-    /// a point; `None` where all are 1.
-    pub(crate) fn sigma_factors(
-        &self,
-        point: &Point,
-        (part, run): (usize, usize),
-        measurand: usize,
-    ) -> Option<Vec<f64>> {
-        let own = &self.parts[part];
-        let is_formula = own.slots()[measurand].sigma_factor.is_some();
-        is_formula.then(|| factors(own, run, &self.parameters(part, run, point), measurand))
-    }
-
-    /// The first reading for which a standard uncertainty that is stated as a formula is no positive
-    /// number at a point: part, run, sample, measurand and what it is (SI).
-    pub fn impossible_sigma(&self, point: &Point) -> Option<(usize, usize, usize, usize, f64)> {
-        self.parts.iter().enumerate().find_map(|(p, part)| {
-            let names = &part.system.assembly.names.measurands;
-            let has_formula = names.iter().any(|one| one.sigma.is_some());
-            let mut runs = (0..part.runs.len()).filter(|_| has_formula);
-            runs.find_map(|run| {
-                let parameters = self.parameters(p, run, point);
-                let found = impossible_factor(part, run, &parameters, |factor| {
-                    !(factor > 0.0 && factor.is_finite())
-                });
-                found.map(|(sample, measurand, sigma)| (p, run, sample, measurand, sigma))
-            })
-        })
     }
 
     /// Number of readings there are, a rotation counting as one.

@@ -267,7 +267,7 @@ fn set_right<'c>(
         (set, stands) = (next.sequence.clone(), next.looked);
     }
     if !is_confirmed {
-        // Nobody who typed the line would find it.
+        // The fit that the line to type makes does not confirm it.
         let tried = found.tried;
         return (Mistaken { tried, ..Mistaken::none(&as_read) }, pairs);
     }

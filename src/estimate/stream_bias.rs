@@ -42,7 +42,7 @@ pub enum Cause {
 }
 
 /// The estimates that either moves by a standard uncertainty and more, in their order. Where noise does,
-/// smoothing once more takes noise off, and says nothing of the motion.
+/// smoothing once more takes mostly noise off, and little of the motion.
 pub fn stream_biases(result: &Calibration) -> Vec<StreamBias> {
     let Calibration { problem, fit, .. } = result;
     if !fit.outcome.is_result() {

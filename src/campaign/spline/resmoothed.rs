@@ -49,8 +49,8 @@ impl Spline {
         let mut spline = Self::from_curve(self.origin, points.x, &curve);
         spline.gaps = spline.guessed(mean_spacing(&spline.knots), scatter);
         spline.raw = Some(Raw { sigma, ..raw.clone() });
-        let of_raw = scatter / (1.0 - curve.leverage).max(1e-3).sqrt();
-        spline.scatter = self.scatter.map(|[_, of_knot]| [of_raw, of_knot]);
+        let raw = smoothing::raw_scatter(scatter, &curve);
+        spline.scatter = self.scatter.map(|[_, of_knot]| [raw, of_knot]);
         Some(spline)
     }
 }

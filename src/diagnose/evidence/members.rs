@@ -44,7 +44,7 @@ pub struct Chosen {
     pub gains: [Option<f64>; 2],
 }
 
-/// The problem with the best member of each family that nobody stated, of effects (`NAME` or
+/// The problem with the best member of each family of which none is stated, of effects (`NAME` or
 /// `NAME.HEAD`) that are put in; as it is where no fit without them is sound.
 ///
 /// # Errors
@@ -217,7 +217,7 @@ fn state_alike(recipes: &mut [Recipe]) -> bool {
     is_any
 }
 
-/// Whether an effect has one family, of which nobody stated a member. A memory is a matter of the
+/// Whether an effect has one family, of which no member is stated. A memory is a matter of the
 /// noise: no reading follows it.
 fn is_open(recipes: &[Recipe], selected: &Selected) -> bool {
     let effect = &selected.effect;
@@ -229,14 +229,9 @@ fn is_open(recipes: &[Recipe], selected: &Selected) -> bool {
     !is_chosen && !effect.parameters.is_empty() && family != "memory"
 }
 
-/// An effect as a family whose member is open.
-fn family_of(fitted: &Fitted, selected: &Selected) -> Option<Candidate> {
-    fitting(&fitted.recipes, selected, None)
-}
-
 /// The effect with the best member of a range beside a fit without it.
 fn best_of_range(fitted: &Fitted, selected: &Selected) -> Option<(Selected, usize)> {
-    let family = family_of(fitted, selected)?;
+    let family = fitting(&fitted.recipes, selected, None)?;
     let (best, tried) = scan(fitted, &family, &mut Scanned::new())?;
     Some((best.selected, tried))
 }
@@ -246,7 +241,7 @@ fn best_of_list(fitted: &Fitted, selected: &Selected, list: &[f64]) -> Option<Be
     let (family, _) = selected.effect.shape.first()?;
     let candidate = |value: &f64| {
         let member = [(family.clone(), *value)].into();
-        family_of(fitted, &Selected { member, ..selected.clone() })
+        fitting(&fitted.recipes, &Selected { member, ..selected.clone() }, None)
     };
     let all: Vec<Candidate> = list.iter().filter_map(candidate).collect();
     let Fitted { problem, fit, .. } = fitted;
@@ -283,15 +278,7 @@ pub fn with_best_member(
         return Ok(None);
     }
     let Some((best, members)) = best_of_range(&without, selected) else { return Ok(None) };
-    let (layout, point) = (&fitted.problem.layout, &fitted.fit.point);
-    let start = |one: &Instance, component: usize| {
-        let is_same = |own: &usize| {
-            let own = &layout.instances[*own];
-            own.name == one.name && own.whose() == one.whose()
-        };
-        let same = (0..layout.instances.len()).find(is_same)?;
-        point.components(layout, same).get(component).copied()
-    };
+    let start = |one: &Instance, component: usize| fitted.value(one, component);
     let with = without.with_starts(&best, start, options)?;
     let is_better = |with: &Fitted| with.is_sound() && with.fit.cost + BETTER < fitted.fit.cost;
     Ok(with.filter(is_better).map(|with| (with, members)))

@@ -110,20 +110,22 @@ impl Linear {
             let mut all: Vec<(bool, Change)> = Vec::new();
             for (out, least) in outs.iter().zip(least) {
                 let taken_up = TakenUp::new(&across, out);
+                // What a value that is another one from a bin on gains.
+                let gain_from = |bin: usize| -> Option<f64> {
+                    let square = sum[(n + 1, bin)];
+                    let (taken, along) = taken_up.taken(bin, None);
+                    let left = square - taken;
+                    (square > 0.0 && left >= TAKEN_UP * square)
+                        .then(|| (sum[(n, bin)] - along).powi(2) / left)
+                };
                 // Of all moments, and of those at which a run begins.
                 let (mut best, mut best_of_runs): (Option<(f64, usize)>, _) = (None, None);
                 for bin in 1..bins.len() {
-                    let square = sum[(n + 1, bin)];
                     // What is different from the first sample of a campaign on is no change.
-                    if square <= 0.0 || square >= *total || part(bin) != part(bin - 1) {
+                    if sum[(n + 1, bin)] >= *total || part(bin) != part(bin - 1) {
                         continue;
                     }
-                    let (taken, along) = taken_up.taken(bin, None);
-                    let left = square - taken;
-                    if left < TAKEN_UP * square {
-                        continue;
-                    }
-                    let gain = (sum[(n, bin)] - along).powi(2) / left;
+                    let Some(gain) = gain_from(bin) else { continue };
                     let is_better =
                         |best: &Option<(f64, usize)>| best.is_none_or(|one| gain > one.0);
                     if is_better(&best) {
@@ -135,13 +137,8 @@ impl Linear {
                 }
                 // A value that the campaign fixes may be wrong from the beginning.
                 let from_the_first = |(gain, bin): (f64, usize)| {
-                    let first = (0..=bin).rev().take_while(|own| part(*own) == part(bin)).last();
-                    let first = first.unwrap_or(bin);
-                    let square = sum[(n + 1, first)];
-                    let (taken, along) = taken_up.taken(first, None);
-                    let left = square - taken;
-                    left > TAKEN_UP * square
-                        && (sum[(n, first)] - along).powi(2) / left + 2.0 * ENTER > gain
+                    let first = (0..=bin).find(|own| part(*own) == part(bin));
+                    first.and_then(gain_from).is_some_and(|whole| whole + 2.0 * ENTER > gain)
                 };
                 if is_fixed && best.is_some_and(from_the_first) {
                     continue;

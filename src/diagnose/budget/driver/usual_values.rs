@@ -132,16 +132,12 @@ impl Search<'_> {
         let relaxed = form.and_then(|form| form.selected(plain));
         let selected = relaxed.unwrap_or_else(|| plain.clone());
         let prefix = format!("{}.", selected.name());
-        let (layout, point) = (&from.problem.layout, &from.fit.point);
         let usual = |one: &Instance, _| {
             if one.name.starts_with(&prefix) {
                 return one.setting.typical.filter(|_| !one.setting.fixed);
             }
-            let is_same = |own: &&Instance| {
-                own.name == one.name && own.whose() == one.whose() && later != 0.0
-            };
-            let same = layout.instances.iter().position(|own| is_same(&own));
-            same.filter(|_| one.is_delay()).map(|own| point.values[own][0] + later)
+            let is_later = one.is_delay() && later != 0.0;
+            if is_later { Some(from.value(one, 0)? + later) } else { None }
         };
         let with = from.with_starts(&selected, usual, self.options)?;
         Ok(with.filter(Fitted::is_sound))
