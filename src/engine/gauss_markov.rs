@@ -1,56 +1,62 @@
 //! Rows whitened along time, where a part of a reading's noise is autocorrelated.
 //!
-//! The noise of a row is white noise and a first-order Gauss-Markov process: a part `share` of the
-//! variance whose correlation is `exp(-Δt / time)`. A Kalman filter of one state predicts each
-//! reading from those before it; what it did not foresee, over its standard deviation, is white.
-//! The filter is linear and its gains hang on the times alone, so the columns of a Jacobian go
-//! through it like the residual, and everything that is made of rows holds for correlated noise as
-//! it stands.
-//!
-//! Time is that of the stamps, or, where stamps say little of it (arrivals in bursts), that of
-//! evenly spaced samples.
+//! The noise of a row is white noise and one or two first-order Gauss-Markov processes: of each a part
+//! `share` of the variance, whose correlation is `exp(-Δt / time)`. A Kalman filter with a state for
+//! each process predicts each reading from those before it; what it did not foresee, over its standard
+//! deviation, is white. The filter is linear and its gains hang on the times alone, so the columns of a
+//! Jacobian go through it like the residual, and everything that is made of rows holds for correlated
+//! noise as it stands.
 //!
 //! It begins anew with every block of samples: readings on both sides of a block's edge are taken
 //! for unrelated. It knows nothing of how a memory is found.
 
-use crate::campaign::Samples;
 use crate::engine::lanes::{Chunk, LANES, Lanes};
 
-/// The autocorrelated part of the noise of a row (first-order Gauss-Markov).
+/// Processes in the noise of a row at most.
+const MOST: usize = 2;
+
+/// A first-order Gauss-Markov process.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GaussMarkov {
-    /// Its part of the variance, from 0 to below 1.
+pub struct Process {
+    /// Its part of the variance of the noise, from 0 to below 1.
     pub share: f64,
     /// The time after which correlation is down to a factor of e (s).
     pub time: f64,
-    /// By which clock.
-    pub clock: NoiseClock,
 }
 
-/// What says how far apart two samples are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum NoiseClock {
-    /// Their stamps.
-    #[default]
-    Stamps,
-    /// Their numbers, times the mean interval of the run.
-    Numbers,
-}
+/// A process that is not there.
+const NONE: Process = Process { share: 0.0, time: 1.0 };
 
-impl NoiseClock {
-    /// The times of some samples (s).
-    pub fn of(self, samples: &Samples) -> &[f64] {
-        match self {
-            Self::Stamps => &samples.time,
-            Self::Numbers => &samples.uniform_time,
-        }
-    }
+/// The autocorrelated part of the noise of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaussMarkov {
+    processes: [Process; MOST],
 }
 
 impl GaussMarkov {
+    /// One process.
+    pub const fn one(share: f64, time: f64) -> Self {
+        Self { processes: [Process { share, time }, NONE] }
+    }
+
+    /// Two processes.
+    pub const fn two(first: Process, second: Process) -> Self {
+        Self { processes: [first, second] }
+    }
+
+    /// The processes that have a part of the variance.
+    pub fn processes(&self) -> impl Iterator<Item = Process> + '_ {
+        self.processes.iter().copied().filter(|one| one.share > 0.0)
+    }
+
+    /// The part of the variance that is autocorrelated.
+    pub fn share(&self) -> f64 {
+        self.processes.iter().map(|one| one.share).sum()
+    }
+
     /// The filter for a sequence that begins.
     pub fn filter(self) -> Filter {
-        Filter { noise: self, spread: self.share, last: None, faded: (0.0, f64::INFINITY) }
+        Filter { noise: self, spread: [0.0; 3], last: None, faded: ([0.0; MOST], f64::INFINITY) }
     }
 }
 
@@ -58,47 +64,72 @@ impl GaussMarkov {
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
     noise: GaussMarkov,
-    /// Variance of the state before the next reading.
-    spread: f64,
+    /// Variances of the states before the next reading, and their covariance.
+    spread: [f64; 3],
     last: Option<f64>,
-    /// How far the state faded over the interval before, and that (s).
-    faded: (f64, f64),
+    /// How far the states faded over the interval before, and that (s).
+    faded: ([f64; MOST], f64),
 }
 
 /// Relative difference of intervals over which a state fades by the same.
 const SAME: f64 = 1e-9;
 
-/// What a sample does with the state of a column: `state *= decay`, then `left = value - state`,
-/// which times `weight` is white, then `state += gain * left`.
+/// What a sample does with the states of a column ([`Gains::take`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
-    /// How far the state fades from the sample before.
-    pub decay: f64,
-    /// How far it follows the reading; 0 without one.
-    pub gain: f64,
+    /// How far each state fades from the sample before.
+    pub decay: [f64; MOST],
+    /// How far each follows the reading; 0 without one.
+    pub gain: [f64; MOST],
     /// One over the standard deviation of what is not foreseen; 0 without a reading.
     pub weight: f64,
+}
+
+/// The states of a column before its first sample.
+pub const BEGIN: [f64; MOST] = [0.0; MOST];
+
+impl Gains {
+    /// Without a reading, and without a state that goes on.
+    const NOTHING: Self = Self { decay: [0.0; MOST], gain: [0.0; MOST], weight: 0.0 };
+
+    /// Takes the states to a sample and returns what they did not foresee of its value, whitened.
+    pub fn take(&self, states: &mut [f64; MOST], value: f64) -> f64 {
+        let [first, second] = states;
+        *first *= self.decay[0];
+        *second *= self.decay[1];
+        let left = value - *first - *second;
+        *first += self.gain[0] * left;
+        *second += self.gain[1] * left;
+        left * self.weight
+    }
 }
 
 impl Filter {
     /// Goes on to the sample at a time (s), which may have no reading.
     pub fn next(&mut self, time: f64, is_read: bool) -> Gains {
-        let GaussMarkov { share, time: memory, .. } = self.noise;
+        let [first, second] = self.noise.processes;
         let elapsed = self.last.map_or(f64::INFINITY, |last| (time - last).max(0.0));
         let (mut decay, known) = self.faded;
         let is_same = elapsed == known || (elapsed - known).abs() <= SAME * known.min(f64::MAX);
         if !is_same {
-            decay = (-elapsed / memory).exp();
+            decay = [first, second].map(|one| (-elapsed / one.time).exp());
             self.faded = (decay, elapsed);
         }
         self.last = Some(time);
-        self.spread = decay * decay * self.spread + share * (1.0 - decay * decay);
+        let [a, b] = decay;
+        let [p, q, across] = self.spread;
+        let p = a * a * p + first.share * (1.0 - a * a);
+        let q = b * b * q + second.share * (1.0 - b * b);
+        let across = a * b * across;
+        self.spread = [p, q, across];
         if !is_read {
-            return Gains { decay, gain: 0.0, weight: 0.0 };
+            return Gains { decay, ..Gains::NOTHING };
         }
-        let whole = self.spread + 1.0 - share;
-        let gain = self.spread / whole;
-        self.spread *= 1.0 - gain;
+        let (of_first, of_second) = (p + across, q + across);
+        let whole = of_first + of_second + 1.0 - first.share - second.share;
+        let gain = [of_first / whole, of_second / whole];
+        self.spread =
+            [p - gain[0] * of_first, q - gain[1] * of_second, across - gain[0] * of_second];
         Gains { decay, gain, weight: whole.sqrt().recip() }
     }
 }
@@ -113,8 +144,8 @@ pub(super) struct Filtering {
 #[derive(Debug)]
 struct Row {
     filter: Filter,
-    /// The state of each column.
-    states: Vec<f64>,
+    /// The states of each column.
+    states: Vec<[f64; MOST]>,
 }
 
 impl Filtering {
@@ -136,20 +167,16 @@ impl Filtering {
         each: impl FnOnce(&[&Lanes]),
     ) {
         let Some(Some(row)) = self.rows.get_mut(index) else { return each(lanes) };
-        let mut gains = [Gains { decay: 0.0, gain: 0.0, weight: 0.0 }; LANES];
-        let times = row.filter.noise.clock.of(chunk.samples);
-        let times = &times[chunk.start..chunk.start + chunk.len];
+        let mut gains = [Gains::NOTHING; LANES];
+        let times = &chunk.samples.time[chunk.start..chunk.start + chunk.len];
         for ((gain, time), weight) in gains.iter_mut().zip(times).zip(weights) {
             *gain = row.filter.next(*time, *weight != 0.0);
         }
-        row.states.resize(lanes.len(), 0.0);
+        row.states.resize(lanes.len(), BEGIN);
         self.made.resize(lanes.len().max(self.made.len()), [0.0; LANES]);
         for ((column, state), made) in lanes.iter().zip(&mut row.states).zip(&mut self.made) {
             for ((value, gain), made) in column.iter().zip(&gains).zip(made) {
-                *state *= gain.decay;
-                let left = value - *state;
-                *made = left * gain.weight;
-                *state += gain.gain * left;
+                *made = gain.take(state, *value);
             }
         }
         let made: Vec<&Lanes> = self.made[..lanes.len()].iter().collect();
@@ -167,33 +194,36 @@ mod tests {
     /// the covariance matrix written out, missing readings left out.
     #[test]
     fn what_is_whitened_has_the_length_that_the_covariance_says() {
-        let noise = GaussMarkov { share: 0.6, time: 0.7, clock: NoiseClock::Stamps };
-        let times = [0.0, 0.1, 0.35, 0.4, 1.1, 1.15, 4.0];
-        let values = [0.3, -1.2, f64::NAN, 0.8, 1.9, f64::NAN, -0.4];
-        let (mut filter, mut state) = (noise.filter(), 0.0);
-        let (mut length, mut log_determinant) = (0.0, 0.0);
-        for (time, value) in times.iter().zip(&values) {
-            let gains = filter.next(*time, !value.is_nan());
-            state *= gains.decay;
-            if value.is_nan() {
-                assert_eq!((gains.gain, gains.weight), (0.0, 0.0));
-                continue;
+        let slow = Process { share: 0.35, time: 2.9 };
+        let fast = Process { share: 0.45, time: 0.2 };
+        for noise in [GaussMarkov::one(0.6, 0.7), GaussMarkov::two(slow, fast)] {
+            let times = [0.0, 0.1, 0.35, 0.4, 1.1, 1.15, 4.0];
+            let values = [0.3, -1.2, f64::NAN, 0.8, 1.9, f64::NAN, -0.4];
+            let (mut filter, mut states) = (noise.filter(), BEGIN);
+            let (mut length, mut log_determinant) = (0.0, 0.0);
+            for (time, value) in times.iter().zip(&values) {
+                let gains = filter.next(*time, !value.is_nan());
+                if value.is_nan() {
+                    assert_eq!((gains.gain, gains.weight), (BEGIN, 0.0));
+                    gains.take(&mut states, 0.0);
+                    continue;
+                }
+                log_determinant -= 2.0 * gains.weight.ln();
+                length += gains.take(&mut states, *value).powi(2);
             }
-            length += ((value - state) * gains.weight).powi(2);
-            log_determinant -= 2.0 * gains.weight.ln();
-            state += gains.gain * (value - state);
+            let read: Vec<usize> = (0..times.len()).filter(|k| !values[*k].is_nan()).collect();
+            let covariance = DMatrix::from_fn(read.len(), read.len(), |i, j| {
+                let apart = f64::abs(times[read[i]] - times[read[j]]);
+                let white = if i == j { 1.0 - noise.share() } else { 0.0 };
+                let of = |one: Process| one.share * (-apart / one.time).exp();
+                white + noise.processes().map(of).sum::<f64>()
+            });
+            let vector = DVector::from_iterator(read.len(), read.iter().map(|k| values[*k]));
+            let factor = covariance.cholesky().unwrap_or_else(|| unreachable!());
+            let wanted = vector.dot(&factor.solve(&vector));
+            assert!((length - wanted).abs() < 1e-12 * wanted, "{length} {wanted}");
+            let wanted = factor.determinant().ln();
+            assert!((log_determinant - wanted).abs() < 1e-12, "{log_determinant} {wanted}");
         }
-        let read: Vec<usize> = (0..times.len()).filter(|k| !values[*k].is_nan()).collect();
-        let covariance = DMatrix::from_fn(read.len(), read.len(), |i, j| {
-            let apart = f64::abs(times[read[i]] - times[read[j]]);
-            let white = if i == j { 1.0 - noise.share } else { 0.0 };
-            white + noise.share * (-apart / noise.time).exp()
-        });
-        let vector = DVector::from_iterator(read.len(), read.iter().map(|k| values[*k]));
-        let factor = covariance.cholesky().unwrap_or_else(|| unreachable!());
-        let wanted = vector.dot(&factor.solve(&vector));
-        assert!((length - wanted).abs() < 1e-12 * wanted, "{length} {wanted}");
-        let wanted = factor.determinant().ln();
-        assert!((log_determinant - wanted).abs() < 1e-12, "{log_determinant} {wanted}");
     }
 }

@@ -1,5 +1,7 @@
 //! The noise for which an estimate's uncertainties hold, as data.
 
+use crate::engine::gauss_markov::GaussMarkov;
+
 /// The noise of which an estimate takes account.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Noise {
@@ -21,17 +23,8 @@ pub struct Estimated {
     pub of: Option<String>,
     /// Standard deviation over what is stated.
     pub level: f64,
-    /// For each component the part of it that is correlated in time; `None` where it is white.
-    pub memory: Vec<Option<Memory>>,
-}
-
-/// A part of the noise that is correlated in time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Memory {
-    /// Its part of the variance.
-    pub share: f64,
-    /// The time (s) after which correlation is down to a factor of e.
-    pub time: f64,
+    /// For each component the part of it that is autocorrelated; `None` where it is white.
+    pub components: Vec<Option<GaussMarkov>>,
 }
 
 /// Over what scores are summed.

@@ -3,8 +3,8 @@
 //! Two ways of the field, neither of which a plain fit takes:
 //!
 //! - *autocorrelated*: each residual component gets a level and, where its likelihood says so, a
-//!   first-order Gauss-Markov part (`correlated_noise` for any measurand). Both enter the weights,
-//!   so values change, too: the efficient estimate where the noise is of that form.
+//!   one or two first-order Gauss-Markov processes (`correlated_noise` for any measurand). They enter
+//!   the weights, so values change, too: the efficient estimate where the noise is of that form.
 //! - *sandwich*: values stay those of the plain fit; their covariance is `H⁻¹ B H⁻¹` with scores
 //!   summed over clusters (Liang and Zeger 1986), which are runs where there are enough of them,
 //!   else stretches of time beyond which residuals are not correlated. Neighbouring stretches count
@@ -16,13 +16,13 @@ use std::fmt;
 use nalgebra::{DMatrix, DVector};
 
 use crate::engine::Problem;
-use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
+use crate::engine::gauss_markov::{GaussMarkov, Process};
 use crate::engine::signatures::Signatures;
 use crate::engine::stretches::Left;
 use crate::estimate::autocorrelation::longest;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate, calibrate_from};
-use crate::estimate::noise::{Clusters, Estimated, Memory, Noise};
+use crate::estimate::noise::{Clusters, Estimated, Noise};
 
 pub(crate) mod likelihood;
 
@@ -126,12 +126,15 @@ fn autocorrelated(mut result: Calibration, options: &Options) -> Result<Calibrat
 
 fn is_near(a: &Estimated, b: &Estimated) -> bool {
     let near = |a: f64, b: f64| (a - b).abs() <= SETTLED * a.abs().max(b.abs());
-    let alike = |a: &Option<Memory>, b: &Option<Memory>| match (a, b) {
-        (Some(a), Some(b)) => near(a.share, b.share) && near(a.time, b.time),
-        (None, None) => true,
-        _ => false,
+    let alike = |(a, b): (&Option<GaussMarkov>, &Option<GaussMarkov>)| {
+        let processes = |noise: &Option<GaussMarkov>| -> Vec<Process> {
+            noise.iter().flat_map(GaussMarkov::processes).collect()
+        };
+        let (a, b) = (processes(a), processes(b));
+        let is_near = |(a, b): (&Process, &Process)| near(a.share, b.share) && near(a.time, b.time);
+        a.len() == b.len() && a.iter().zip(&b).all(is_near)
     };
-    near(a.level, b.level) && a.memory.iter().zip(&b.memory).all(|(a, b)| alike(a, b))
+    near(a.level, b.level) && a.components.iter().zip(&b.components).all(alike)
 }
 
 /// The noise of every measurand from the residuals of a fit; it is written into the problem.
@@ -151,18 +154,14 @@ fn estimated(result: &mut Calibration) -> Vec<Estimated> {
             part.system.assembly.names.measurands.iter().map(|one| one.name.clone()).collect();
         for (m, slot) in part.slots().to_vec().iter().enumerate() {
             let (mut squares, mut count) = (0.0, 0.0);
-            let mut memory = Vec::new();
+            let mut components = Vec::new();
             for row in slot.residual..slot.residual + slot.components {
                 let sequence = Sequence::of(part, &left, row);
                 let found = likeliest(&sequence);
                 squares += found.variance * sequence.count as f64;
                 count += sequence.count as f64;
-                part.gauss_markov[row] = found.memory.map(|one| GaussMarkov {
-                    share: one.share,
-                    time: one.time,
-                    clock: NoiseClock::Stamps,
-                });
-                memory.push(found.memory);
+                part.gauss_markov[row] = found.noise;
+                components.push(found.noise);
             }
             if count == 0.0 || squares <= 0.0 {
                 continue;
@@ -175,7 +174,7 @@ fn estimated(result: &mut Calibration) -> Vec<Estimated> {
                 measurand: names[m].clone(),
                 of: part.label.clone(),
                 level,
-                memory,
+                components,
             });
         }
     }

@@ -44,12 +44,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
                 "factor": number(Some(one.factor)),
             })
         }).collect::<Vec<_>>(),
-        "autocorrelation": diagnosis.autocorrelation.iter().map(|(measurand, of, noise)| json!({
-            "measurand": measurand,
-            "of": of,
-            "share": number(Some(noise.share)),
-            "time": number(Some(noise.time)),
-        })).collect::<Vec<_>>(),
+        "autocorrelation": autocorrelation(diagnosis),
         "left_out": left_out(diagnosis),
         "contradicted": stated(&diagnosis.contradicted),
         "set_free": diagnosis.set_free,
@@ -275,4 +270,19 @@ pub(crate) fn gap(one: &Gap) -> Value {
         "folds": one.folds,
         "left_out": one.left_out,
     })
+}
+
+/// Gauss-Markov processes in the noise, one after the other.
+fn autocorrelation(diagnosis: &Diagnosis) -> Vec<Value> {
+    let each = diagnosis.autocorrelation.iter().flat_map(|(measurand, of, noise)| {
+        noise.processes().map(move |one| {
+            json!({
+                "measurand": measurand,
+                "of": of,
+                "share": number(Some(one.share)),
+                "time": number(Some(one.time)),
+            })
+        })
+    });
+    each.collect()
 }

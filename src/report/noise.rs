@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-use crate::estimate::noise::{Clusters, Estimated, Memory, Noise};
+use crate::engine::gauss_markov::GaussMarkov;
+use crate::estimate::noise::{Clusters, Estimated, Noise};
 use crate::report::json::number;
 use crate::units::decimal;
 
@@ -30,17 +31,20 @@ fn estimated(one: &Estimated) -> String {
     let of = one.of.as_ref().map_or_else(String::new, |of| format!(" of `{of}`"));
     let level =
         format!("`{}`{of}: {} times the stated scatter", one.measurand, decimal(one.level, 2));
-    let part = |memory: &Option<Memory>| match memory {
+    let part = |noise: &Option<GaussMarkov>| match noise {
         None => "white".to_owned(),
-        Some(Memory { share, time }) => {
-            format!(
-                "{:.0} % of its variance correlated over {} s",
-                100.0 * share,
-                significant(*time)
-            )
+        Some(noise) => {
+            let each = noise.processes().map(|one| {
+                let percent = 100.0 * one.share;
+                format!(
+                    "{percent:.0} % of its variance correlated over {} s",
+                    significant(one.time)
+                )
+            });
+            each.collect::<Vec<_>>().join(" and ")
         }
     };
-    let mut parts: Vec<String> = one.memory.iter().map(part).collect();
+    let mut parts: Vec<String> = one.components.iter().map(part).collect();
     parts.dedup();
     format!("{level}, {}", parts.join("; "))
 }
@@ -57,14 +61,16 @@ pub fn json(noise: &Noise) -> Value {
         Noise::Stated => json!({ "model": "stated" }),
         Noise::Autocorrelated(all) => {
             let each = all.iter().map(|one| {
-                let memory = one.memory.iter().map(|memory| {
-                    memory.map(|one| json!({ "share": one.share, "time": one.time }))
+                let components = one.components.iter().map(|noise| {
+                    let processes = noise.iter().flat_map(GaussMarkov::processes);
+                    let each = processes.map(|one| json!({ "share": one.share, "time": one.time }));
+                    each.collect::<Vec<_>>()
                 });
                 json!({
                     "measurand": one.measurand,
                     "of": one.of,
                     "level": number(Some(one.level)),
-                    "components": memory.collect::<Vec<_>>(),
+                    "components": components.collect::<Vec<_>>(),
                 })
             });
             json!({ "model": "autocorrelated", "measurands": each.collect::<Vec<_>>() })

@@ -48,11 +48,15 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
         text.push_str(&format!("\nnoise (times as stated): {}\n", shown.join(", ")));
     }
     for (measurand, of, noise) in &diagnosis.autocorrelation {
-        let time = figure::size(noise.time, &Unit::coherent(Dimension::TIME));
+        let each = noise.processes().enumerate().map(|(index, one)| {
+            let time = figure::size(one.time, &Unit::coherent(Dimension::TIME));
+            let of = if index == 0 { " of its variance" } else { "" };
+            format!("{:.0} %{of} over {time}", 100.0 * one.share)
+        });
         text.push_str(&format!(
-            "The noise of `{measurand}`{} is autocorrelated: {:.0} % of its variance over {time}; the weights take account of it.\n",
+            "The noise of `{measurand}`{} is autocorrelated: {}; the weights take account of it.\n",
             in_campaign(of.as_deref()),
-            100.0 * noise.share
+            each.collect::<Vec<_>>().join(" and ")
         ));
     }
     text.push_str(&left_out(diagnosis, &diagnosis.left_out));

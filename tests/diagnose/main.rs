@@ -24,6 +24,7 @@ mod bursts;
 mod clock_steps;
 mod codes;
 mod confounded;
+mod correlation_times;
 mod curved;
 mod designs;
 mod each_effect;

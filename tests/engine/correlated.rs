@@ -1,7 +1,7 @@
 //! Noise that is like itself for a while: what the engine's filter makes of rows against the
 //! covariance matrix written out.
 
-use homepoint::engine::gauss_markov::{GaussMarkov, NoiseClock};
+use homepoint::engine::gauss_markov::{GaussMarkov, Process};
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::open::{Request, open};
 use homepoint::engine::simulate::simulate;
@@ -39,9 +39,12 @@ fn problem() -> (Problem, Point) {
     simulate(&mut problem, &point, 3, true);
     let part = &mut problem.parts[0];
     part.gauss_markov = vec![
-        Some(GaussMarkov { share: 0.7, time: 0.3, clock: NoiseClock::Stamps }),
+        Some(GaussMarkov::two(
+            Process { share: 0.5, time: 0.3 },
+            Process { share: 0.2, time: 4.0 },
+        )),
         None,
-        Some(GaussMarkov { share: 0.2, time: 5.0, clock: NoiseClock::Numbers }),
+        Some(GaussMarkov::one(0.2, 5.0)),
     ];
     // Readings that are missing are passed over.
     part.runs[0].record.edit(|samples| {
@@ -74,11 +77,11 @@ fn written_out(problem: &Problem, run: usize, point: &Point) -> DMatrix<f64> {
     let width = rows[0][0].1.len();
     let mut gram = DMatrix::zeros(width, width);
     for (own, noise) in rows.iter().zip(&part.gauss_markov) {
-        let white = GaussMarkov { share: 0.0, time: 1.0, clock: NoiseClock::Stamps };
-        let GaussMarkov { share, time, .. } = noise.unwrap_or(white);
+        let noise = noise.unwrap_or(GaussMarkov::one(0.0, 1.0));
         let covariance = DMatrix::from_fn(own.len(), own.len(), |i, j| {
-            let white = if i == j { 1.0 - share } else { 0.0 };
-            white + share * (-(own[i].0 - own[j].0).abs() / time).exp()
+            let white = if i == j { 1.0 - noise.share() } else { 0.0 };
+            let apart = (own[i].0 - own[j].0).abs();
+            white + noise.processes().map(|one| one.share * (-apart / one.time).exp()).sum::<f64>()
         });
         let columns = DMatrix::from_fn(own.len(), width, |i, j| own[i].1[j]);
         gram += columns.tr_mul(&covariance.cholesky().unwrap().solve(&columns));
@@ -116,11 +119,7 @@ fn noise_without_a_memory_is_left_as_it_is() {
     let (mut problem, point) = problem();
     problem.parts[0].gauss_markov.fill(None);
     let plain = problem.cost(&point);
-    problem.parts[0].gauss_markov.fill(Some(GaussMarkov {
-        share: 0.0,
-        time: 1.0,
-        clock: NoiseClock::Stamps,
-    }));
+    problem.parts[0].gauss_markov.fill(Some(GaussMarkov::one(0.0, 1.0)));
     let white = problem.cost(&point);
     assert!((plain - white).abs() <= 1e-12 * plain, "{plain} {white}");
 }

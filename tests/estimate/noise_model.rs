@@ -1,9 +1,10 @@
 //! Uncertainties where noise is not as stated, against repeated simulation.
 
 use homepoint::engine::Problem;
+use homepoint::engine::gauss_markov::Process;
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::Calibration;
-use homepoint::estimate::noise::{Clusters, Memory, Noise};
+use homepoint::estimate::noise::{Clusters, Noise};
 use homepoint::estimate::noise_model::{NoiseModel, calibrate_with};
 
 use crate::problems::Stream;
@@ -19,16 +20,26 @@ fn place(at: usize) -> f64 {
     (0.7 * INTERVAL * at as f64).sin()
 }
 
-/// Noise of this standard deviation of which a half is white and a half has a memory (s).
-fn noise(level: f64, memory: f64, seed: u64) -> Vec<f64> {
+/// White noise of a standard deviation, and processes beside it.
+fn with_processes(level: f64, processes: &[Process], seed: u64) -> Vec<f64> {
     let mut stream = Stream(seed);
-    let keep = (-INTERVAL / memory).exp();
-    let mut state = stream.normal();
+    let white = 1.0 - processes.iter().map(|one| one.share).sum::<f64>();
+    let mut states: Vec<f64> = processes.iter().map(|_| stream.normal()).collect();
     let next = |_| {
-        state = keep * state + (1.0 - keep * keep).sqrt() * stream.normal();
-        level * (0.5_f64.sqrt() * state + 0.5_f64.sqrt() * stream.normal())
+        let mut value = 0.0;
+        for (state, Process { share, time }) in states.iter_mut().zip(processes) {
+            let keep = (-INTERVAL / time).exp();
+            *state = keep * *state + (1.0 - keep * keep).sqrt() * stream.normal();
+            value += share.sqrt() * *state;
+        }
+        level * (value + white.sqrt() * stream.normal())
     };
     (0..SAMPLES).map(next).collect()
+}
+
+/// Noise of this standard deviation of which a half is white and a half has a correlation time (s).
+fn noise(level: f64, time: f64, seed: u64) -> Vec<f64> {
+    with_processes(level, &[Process { share: 0.5, time }], seed)
 }
 
 fn drawn(problem: &Problem, level: f64, seed: u64) -> Problem {
@@ -80,11 +91,14 @@ fn two_standard_uncertainties_hold_what_they_should() {
 }
 
 fn one(level: f64, memory: f64, model: NoiseModel) -> Calibration {
+    with(&noise(level, memory, 5), model)
+}
+
+fn with(noise: &[f64], model: NoiseModel) -> Calibration {
     let at = (0..SAMPLES).map(|at| (INTERVAL * at as f64, place(at), 0.0));
     let (_folder, problem) = line(at);
-    let mut parts = drawn(&problem, level, 3).parts;
-    let noise = noise(level, memory, 5);
-    parts[0].runs[0].record.edit(|samples| samples.readings[0].copy_from_slice(&noise));
+    let mut parts = drawn(&problem, 1.0, 3).parts;
+    parts[0].runs[0].record.edit(|samples| samples.readings[0].copy_from_slice(noise));
     calibrate_with(Problem::new(parts), &Options::default(), model).unwrap()
 }
 
@@ -93,15 +107,34 @@ fn the_noise_that_is_there_is_found() {
     let found = one(3.0, 0.4, NoiseModel::Autocorrelated);
     let Noise::Autocorrelated(all) = &found.noise else { panic!("{:?}", found.noise) };
     let [of_y] = &all[..] else { panic!("{all:?}") };
-    let Some(Memory { share, time }) = of_y.memory[0] else { panic!("{of_y:?}") };
+    let [Process { share, time }] = processes(&found)[..] else { panic!("{of_y:?}") };
     assert!((of_y.level / 3.0 - 1.0).abs() < 0.1, "{of_y:?}");
     assert!((share - 0.5).abs() < 0.12 && (time / 0.4).ln().abs() < 0.5, "{share} {time}");
     // Chi squared is what it should be then.
     assert!((found.variance_factor().unwrap() - 1.0).abs() < 0.05);
     // A memory of far less than an interval is none.
     let white = one(1.0, 1e-4, NoiseModel::Autocorrelated);
-    let Noise::Autocorrelated(all) = &white.noise else { panic!("{:?}", white.noise) };
-    assert_eq!(all[0].memory, [None]);
+    assert_eq!(processes(&white), []);
+}
+
+fn processes(fit: &Calibration) -> Vec<Process> {
+    let Noise::Autocorrelated(all) = &fit.noise else { panic!("{:?}", fit.noise) };
+    all[0].components[0].iter().flat_map(|one| one.processes()).collect()
+}
+
+/// Of one process alone the time would be between the two, and the values too certain.
+#[test]
+fn noise_that_is_correlated_over_two_times_has_two_processes() {
+    let due = [Process { share: 0.45, time: 0.04 }, Process { share: 0.5, time: 1.5 }];
+    for seed in [11, 12, 13] {
+        let found = with(&with_processes(2.0, &due, seed), NoiseModel::Autocorrelated);
+        let processes = processes(&found);
+        assert_eq!(processes.len(), 2, "{processes:?}");
+        for (own, due) in processes.iter().zip(due) {
+            assert!((own.share - due.share).abs() < 0.25, "{processes:?}");
+            assert!((own.time / due.time).ln().abs() < 1.0, "{processes:?}");
+        }
+    }
 }
 
 #[test]

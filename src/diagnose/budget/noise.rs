@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnose::found::{LeftOut, Reading};
 use crate::engine::Problem;
-use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
+use crate::engine::gauss_markov::GaussMarkov;
 use crate::estimate::noise_model::likelihood::{Sequence, likeliest};
 use crate::statistics::robust;
 
@@ -191,9 +191,7 @@ fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
 pub(super) fn gauss_markov(runs: &Component) -> Option<(GaussMarkov, f64)> {
     let run = |own: &Vec<(usize, f64, f64)>| own.iter().map(|one| (one.1, one.2)).collect();
     let found = likeliest(&Sequence::new(runs.values().map(run).collect()));
-    let memory = found.memory?;
-    let clock = NoiseClock::Stamps;
-    Some((GaussMarkov { share: memory.share, time: memory.time, clock }, found.gained))
+    Some((found.noise?, found.gained))
 }
 
 /// Leaves readings out of a problem; what was left out, by row of the data file.

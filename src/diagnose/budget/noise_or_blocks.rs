@@ -209,7 +209,8 @@ fn autocorrelated(
         }
         let count: usize = runs.values().map(Vec::len).sum();
         let (noise, own) = gauss_markov(runs).filter(|_| count >= LEAST_OF_COMPONENT)?;
-        Some((*measurand, (*part, *row, noise), own - (count as f64).ln()))
+        let price = noise.processes().count() as f64 * (count as f64).ln();
+        Some((*measurand, (*part, *row, noise), own - price))
     };
     let found: Vec<(usize, OfComponent, f64)> =
         components.iter().filter_map(of_component).collect();

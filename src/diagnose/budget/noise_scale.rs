@@ -49,7 +49,7 @@ pub fn white_scale(linear: &Linear, scale: &[f64]) -> Vec<f64> {
         for (row, noise) in data.gauss_markov.iter().enumerate() {
             let number = linear.sums.first_measurand[part] + data.measurand_of(row);
             if let Some(noise) = noise {
-                white[number] = white[number].min(scale[number] * (1.0 - noise.share).sqrt());
+                white[number] = white[number].min(scale[number] * (1.0 - noise.share()).sqrt());
             }
         }
     }

@@ -80,10 +80,12 @@ impl Search<'_> {
         found: &[(usize, usize, GaussMarkov)],
     ) -> Result<(), FitError> {
         for (part, row, noise) in found {
-            self.log.push(format!(
-                "autocorrelated noise in component {row}: share {:.2}, {:.3e} s",
-                noise.share, noise.time
-            ));
+            for one in noise.processes() {
+                self.log.push(format!(
+                    "autocorrelated noise in component {row}: share {:.2}, {:.3e} s",
+                    one.share, one.time
+                ));
+            }
             fitted.problem.parts[*part].gauss_markov[*row] = Some(*noise);
         }
         self.fitted = fitted.again(self.options)?;

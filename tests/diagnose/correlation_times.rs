@@ -1,0 +1,65 @@
+//! Noise that is correlated over several times, as that of receivers and gyroscopes is: it is noise, and
+//! a step beside it is none.
+
+use std::fmt::Write as _;
+
+use homepoint::diagnose::Diagnosis;
+use homepoint::diagnose::budget::answer::Verdict;
+
+use crate::found::told;
+use crate::own_effects::Campaign;
+use crate::stream::Stream;
+
+/// A receiver on a table that moves to and fro.
+const RECEIVER: &str = r#"
+name = "receiver"
+title = "Receiver"
+[inputs]
+stroke = { unit = "m" }
+[parameters]
+zero = { unit = "m", scope = "rig" }
+[measurands]
+north = { value = 'stroke + zero', unit = "m" }
+"#;
+
+/// Correlation times (s) and standard deviations (m) of its noise beside 2 mm that are white.
+const PROCESSES: [(f64, f64); 3] = [(1.0, 2e-3), (14.0, 2e-3), (160.0, 3e-3)];
+
+/// Ten minutes at 5 Hz, with a step in the middle.
+fn diagnosed(seed: u64, step: f64) -> Diagnosis {
+    let mut random = Stream(seed);
+    let mut states = PROCESSES.map(|(_, deviation)| deviation * random.normal());
+    let mut log = "time [s],stroke [m],north [m]\n".to_owned();
+    for row in 0..3000 {
+        let time = 0.2 * f64::from(row);
+        for (state, (memory, deviation)) in states.iter_mut().zip(PROCESSES) {
+            let keep = f64::exp(-0.2 / memory);
+            *state = keep * *state + (1.0 - keep * keep).sqrt() * deviation * random.normal();
+        }
+        let stroke = 0.1 * (0.6 * time).sin();
+        let shift = if row < 1500 { 0.0 } else { step };
+        let noise = states.iter().sum::<f64>() + 2e-3 * random.normal();
+        writeln!(log, "{time:.1},{stroke:.6},{:.6}", stroke + 0.3 + shift + noise).unwrap();
+    }
+    let measurands = "north = { sigma = \"4 mm\" }";
+    Campaign { model: RECEIVER, effects: &[], measurands, log }.diagnosed()
+}
+
+#[test]
+fn noise_that_is_correlated_over_three_times_is_noise() {
+    for seed in 1..9 {
+        let found = diagnosed(seed, 0.0);
+        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
+        assert_eq!(found.autocorrelation.len(), 1);
+        let (.., noise) = &found.autocorrelation[0];
+        assert!(noise.processes().count() > 1, "{seed}: {noise:?}");
+    }
+}
+
+#[test]
+fn a_step_beside_it_is_none() {
+    let found = diagnosed(5, 0.03);
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", told(&found));
+    let (row, _) = found.remainder[0].place.rows.unwrap();
+    assert!((1495..1505).contains(&row), "{row}: {}", told(&found));
+}
