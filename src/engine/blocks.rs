@@ -10,6 +10,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::campaign::record::BLOCK as STRETCH;
+use crate::engine::gauss_markov::Gains;
 use crate::engine::kept::{Memories, Memory, Own};
 use crate::engine::lanes::{Chunk, Code, LANES, Lanes, Workspace};
 use crate::engine::mixing::Mixing;
@@ -79,6 +80,8 @@ pub(super) struct WhitenedRow<'a> {
     pub(super) index: usize,
     /// The residual, then the derivatives along the directions.
     pub(super) lanes: &'a [&'a Lanes],
+    /// Of the filter along time, where the noise of the row is autocorrelated.
+    pub(super) gains: Option<&'a [Gains; LANES]>,
     pub(super) directions: &'a [usize],
     /// The samples; lanes beyond them are zero.
     pub(super) chunk: &'a Chunk<'a>,
@@ -217,8 +220,8 @@ impl Problem {
                     let lanes = &workspace.lanes(&program.code, group, row.outputs());
                     let directions = &row.directions;
                     match triangles {
-                        None => filtering.pass(index, lanes, chunk, weights, |lanes| {
-                            each(WhitenedRow { index, lanes, directions, chunk, weights });
+                        None => filtering.pass(index, lanes, chunk, weights, |lanes, gains| {
+                            each(WhitenedRow { index, lanes, gains, directions, chunk, weights });
                         }),
                         Some(triangles) => mixed.add(self.set, index, lanes, triangles),
                     }
@@ -228,8 +231,8 @@ impl Problem {
                 for index in 0..program.rows.len() {
                     let weights = &weights[part.measurand_of(index)];
                     let (directions, lanes) = mixed.row(index);
-                    filtering.pass(index, &lanes, chunk, weights, |lanes| {
-                        each(WhitenedRow { index, lanes, directions, chunk, weights });
+                    filtering.pass(index, &lanes, chunk, weights, |lanes, gains| {
+                        each(WhitenedRow { index, lanes, gains, directions, chunk, weights });
                     });
                 }
             }

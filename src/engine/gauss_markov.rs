@@ -68,45 +68,66 @@ pub struct Filter {
     spread: [f64; 3],
     last: Option<f64>,
     /// How far the states faded over the interval before, and that (s).
-    faded: ([f64; MOST], f64),
+    faded: (States, f64),
 }
 
 /// Relative difference of intervals over which a state fades by the same.
 const SAME: f64 = 1e-9;
 
+/// A number for each process.
+pub type States = [f64; MOST];
+
 /// What a sample does with the states of a column ([`Gains::take`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
-    /// How far each state fades from the sample before.
-    pub decay: [f64; MOST],
+    /// How far each state fades from the reading before; by nothing without one.
+    pub decay: States,
     /// How far each follows the reading; 0 without one.
-    pub gain: [f64; MOST],
+    pub gain: States,
     /// One over the standard deviation of what is not foreseen; 0 without a reading.
     pub weight: f64,
 }
 
 /// The states of a column before its first sample.
-pub const BEGIN: [f64; MOST] = [0.0; MOST];
+pub const BEGIN: States = [0.0; MOST];
 
 impl Gains {
-    /// Without a reading, and without a state that goes on.
-    const NOTHING: Self = Self { decay: [0.0; MOST], gain: [0.0; MOST], weight: 0.0 };
+    /// Without a reading.
+    pub const NOTHING: Self = Self { decay: [1.0; MOST], gain: [0.0; MOST], weight: 0.0 };
 
-    /// Takes the states to a sample and returns what they did not foresee of its value, whitened.
-    pub fn take(&self, states: &mut [f64; MOST], value: f64) -> f64 {
-        let [first, second] = states;
-        *first *= self.decay[0];
-        *second *= self.decay[1];
-        let left = value - *first - *second;
-        *first += self.gain[0] * left;
-        *second += self.gain[1] * left;
+    /// What the states foresee of a reading.
+    pub fn foreseen(&self, states: &States) -> f64 {
+        self.decay[0] * states[0] + self.decay[1] * states[1]
+    }
+
+    /// Takes the states to a reading and returns what they did not foresee of its value, whitened.
+    pub fn take(&self, states: &mut States, value: f64) -> f64 {
+        let left = value - self.foreseen(states);
+        self.follow(states, left);
         left * self.weight
+    }
+
+    /// Takes the states to a reading and returns its value, from what [`Gains::take`] returned.
+    pub fn undo(&self, states: &mut States, whitened: f64) -> f64 {
+        let left = whitened / self.weight;
+        let value = left + self.foreseen(states);
+        self.follow(states, left);
+        value
+    }
+
+    fn follow(&self, states: &mut States, left: f64) {
+        for (state, (decay, gain)) in states.iter_mut().zip(self.decay.iter().zip(&self.gain)) {
+            *state = decay * *state + gain * left;
+        }
     }
 }
 
 impl Filter {
     /// Goes on to the sample at a time (s), which may have no reading.
     pub fn next(&mut self, time: f64, is_read: bool) -> Gains {
+        if !is_read {
+            return Gains::NOTHING;
+        }
         let [first, second] = self.noise.processes;
         let elapsed = self.last.map_or(f64::INFINITY, |last| (time - last).max(0.0));
         let (mut decay, known) = self.faded;
@@ -121,10 +142,6 @@ impl Filter {
         let p = a * a * p + first.share * (1.0 - a * a);
         let q = b * b * q + second.share * (1.0 - b * b);
         let across = a * b * across;
-        self.spread = [p, q, across];
-        if !is_read {
-            return Gains { decay, ..Gains::NOTHING };
-        }
         let (of_first, of_second) = (p + across, q + across);
         let whole = of_first + of_second + 1.0 - first.share - second.share;
         let gain = [of_first / whole, of_second / whole];
@@ -145,7 +162,7 @@ pub(super) struct Filtering {
 struct Row {
     filter: Filter,
     /// The states of each column.
-    states: Vec<[f64; MOST]>,
+    states: Vec<States>,
 }
 
 impl Filtering {
@@ -156,17 +173,17 @@ impl Filtering {
         self.rows.extend(noise.iter().map(|one| one.map(row)));
     }
 
-    /// A row's columns, whitened along time; as they are where its noise is white. Where `weights`
-    /// are 0 there is no reading.
+    /// A row's columns, whitened along time, with the gains of the samples; as they are where its noise
+    /// is white. Where `weights` are 0 there is no reading.
     pub(super) fn pass(
         &mut self,
         index: usize,
         lanes: &[&Lanes],
         chunk: &Chunk<'_>,
         weights: &Lanes,
-        each: impl FnOnce(&[&Lanes]),
+        each: impl FnOnce(&[&Lanes], Option<&[Gains; LANES]>),
     ) {
-        let Some(Some(row)) = self.rows.get_mut(index) else { return each(lanes) };
+        let Some(Some(row)) = self.rows.get_mut(index) else { return each(lanes, None) };
         let mut gains = [Gains::NOTHING; LANES];
         let times = &chunk.samples.time[chunk.start..chunk.start + chunk.len];
         for ((gain, time), weight) in gains.iter_mut().zip(times).zip(weights) {
@@ -180,7 +197,7 @@ impl Filtering {
             }
         }
         let made: Vec<&Lanes> = self.made[..lanes.len()].iter().collect();
-        each(&made);
+        each(&made, Some(&gains));
     }
 }
 
@@ -199,17 +216,19 @@ mod tests {
         for noise in [GaussMarkov::one(0.6, 0.7), GaussMarkov::two(slow, fast)] {
             let times = [0.0, 0.1, 0.35, 0.4, 1.1, 1.15, 4.0];
             let values = [0.3, -1.2, f64::NAN, 0.8, 1.9, f64::NAN, -0.4];
-            let (mut filter, mut states) = (noise.filter(), BEGIN);
+            let (mut filter, mut states, mut raw) = (noise.filter(), BEGIN, BEGIN);
             let (mut length, mut log_determinant) = (0.0, 0.0);
             for (time, value) in times.iter().zip(&values) {
                 let gains = filter.next(*time, !value.is_nan());
                 if value.is_nan() {
-                    assert_eq!((gains.gain, gains.weight), (BEGIN, 0.0));
-                    gains.take(&mut states, 0.0);
+                    assert_eq!(gains, Gains::NOTHING);
                     continue;
                 }
                 log_determinant -= 2.0 * gains.weight.ln();
-                length += gains.take(&mut states, *value).powi(2);
+                let whitened = gains.take(&mut states, *value);
+                length += whitened.powi(2);
+                let back = gains.undo(&mut raw, whitened);
+                assert!((back - value).abs() < 1e-14, "{back} {value}");
             }
             let read: Vec<usize> = (0..times.len()).filter(|k| !values[*k].is_nan()).collect();
             let covariance = DMatrix::from_fn(read.len(), read.len(), |i, j| {

@@ -4,8 +4,9 @@
 //! It sums nothing.
 
 use crate::campaign::Stretch;
+use crate::engine::gauss_markov::Gains;
 use crate::engine::kept::Memory;
-use crate::engine::lanes::Lanes;
+use crate::engine::lanes::{LANES, Lanes};
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::engine::signatures::Signatures;
@@ -23,6 +24,8 @@ pub struct WhitenedLanes<'a> {
     pub stretch: Stretch<'a>,
     /// 0 where there is no reading.
     pub weights: &'a Lanes,
+    /// Of the filter along time, where the noise of the row is autocorrelated.
+    pub gains: Option<&'a [Gains; LANES]>,
     /// The whitened residual.
     pub residual: &'a Lanes,
     /// The directions on which the row hangs.
@@ -38,6 +41,11 @@ impl WhitenedLanes<'_> {
     /// Whether there is a reading.
     pub fn is_present(&self, lane: usize) -> bool {
         lane < self.stretch.len && self.weights[lane] != 0.0
+    }
+
+    /// Of the filter at a sample.
+    pub fn gains_at(&self, lane: usize) -> Option<&Gains> {
+        self.gains.map(|gains| &gains[lane])
     }
 
     /// Puts the row of one sample into a vector: one number a column, then the residual.
@@ -76,6 +84,7 @@ impl Problem {
                     columns: plan.size - 1,
                     stretch: row.chunk.stretch(),
                     weights: row.weights,
+                    gains: row.gains,
                     residual: row.lanes[0],
                     directions: row.directions,
                     movers: &plan.movers,

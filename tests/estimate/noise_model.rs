@@ -125,7 +125,7 @@ fn processes(fit: &Calibration) -> Vec<Process> {
 /// Of one process alone the time would be between the two, and the values too certain.
 #[test]
 fn noise_that_is_correlated_over_two_times_has_two_processes() {
-    let due = [Process { share: 0.45, time: 0.04 }, Process { share: 0.5, time: 1.5 }];
+    let due = [Process { share: 0.45, time: 0.04 }, Process { share: 0.5, time: 0.8 }];
     for seed in [11, 12, 13] {
         let found = with(&with_processes(2.0, &due, seed), NoiseModel::Autocorrelated);
         let processes = processes(&found);

@@ -16,7 +16,10 @@ use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::ENTER;
 
 mod moments;
+mod onsets;
 mod taken_up;
+
+pub use self::onsets::Masked;
 
 /// Moments tried at most in the first pass.
 const MOST_BINS: usize = 1500;
@@ -207,27 +210,32 @@ impl Linear {
                 changes.iter().map(|(_, change)| self.place_of(run, change.base)).collect()
             };
             let places: Vec<Vec<Option<usize>>> = (0..data.runs.len()).map(places_in).collect();
-            let (mut row, mut acting) = (Vec::new(), Vec::new());
+            let (mut row, mut values) = (Vec::new(), vec![0.0; changes.len()]);
+            // Of each residual component.
+            let mut masked: Vec<Vec<Masked>> = Vec::new();
             problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
                 let run = problem.run_index(part, lanes.run);
                 let measurand = first + data.measurand_of(lanes.row);
+                masked.resize_with(masked.len().max(lanes.row + 1), Vec::new);
+                masked[lanes.row].resize(changes.len(), Masked::default());
                 for lane in (0..lanes.stretch.len).filter(|lane| lanes.is_present(*lane)) {
-                    let sample = lanes.stretch.first + lane;
-                    acting.clear();
-                    let acts = |at: &usize| self.acts(&changes[*at].1, (run, sample));
-                    acting.extend((0..changes.len()).filter(acts));
-                    if acting.last().is_none_or(|last| *last < new) {
+                    let at = (run, lanes.stretch.first + lane);
+                    let gains = lanes.gains_at(lane);
+                    let acts = |own: usize| self.acts(&changes[own].1, at);
+                    if gains.is_none() && !(new..changes.len()).any(acts) {
                         continue;
                     }
                     lanes.put(lane, &mut row);
-                    let value = |at: usize| places[lanes.run][at].map_or(0.0, |place| row[place]);
-                    for own in acting.iter().copied().filter(|own| *own >= new) {
-                        let x = value(own);
-                        if x != 0.0 {
+                    for (own, masked) in masked[lanes.row].iter_mut().enumerate() {
+                        let whole = places[lanes.run][own].map_or(0.0, |place| row[place]);
+                        values[own] = masked.next(gains, whole, acts(own));
+                    }
+                    for (own, x) in values.iter().enumerate().skip(new) {
+                        if *x != 0.0 {
                             let sums = &mut added[own - new];
-                            sums.add((run, measurand), x, &row);
-                            for other in acting.iter().copied().filter(|other| *other < own) {
-                                sums.add_to(measurand, changes[other].0, x * value(other));
+                            sums.add((run, measurand), *x, &row);
+                            for (other, y) in values.iter().enumerate().take(own) {
+                                sums.add_to(measurand, changes[other].0, x * y);
                             }
                         }
                     }

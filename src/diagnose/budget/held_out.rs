@@ -4,6 +4,7 @@
 //! Columns that only the held-out readings determine (a start of that run) are fitted there, with
 //! and without the term. Stated values count as readings.
 
+use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::gap::Drop;
@@ -19,6 +20,9 @@ use super::terms::Combination;
 const KNOWN: f64 = 1e-6;
 /// Part of the squared length of what terms do that the readings beside each fold must show.
 const SHOWN: f64 = 0.5;
+/// Of the squared length of each column, the prior knowledge that its value is about zero: it makes the
+/// evidence finite where the other folds do not determine it.
+const RIDGE: f64 = 1e-9;
 /// Eigenvalue of scaled columns below which held-out readings do not determine a direction.
 const RANK: f64 = 1e-9;
 
@@ -27,7 +31,6 @@ const RANK: f64 = 1e-9;
 pub struct Folded {
     whole: DMatrix<f64>,
     folds: Vec<DMatrix<f64>>,
-    prior: DMatrix<f64>,
     /// The columns of each term, in the order of the model.
     terms: Vec<std::ops::Range<usize>>,
     /// So many terms at the beginning count as nominal.
@@ -43,10 +46,9 @@ impl Folded {
         let weights = selection.weights();
         let fold = |fold: usize| pieces.products(&weights, |piece, _| piece.fold == fold);
         let folds: Vec<DMatrix<f64>> = (0..FOLDS).map(fold).collect();
-        let prior = selection.prior(&combinations);
-        let mut whole = prior.clone();
+        let mut whole = selection.prior(&combinations);
         folds.iter().for_each(|fold| whole += fold);
-        Self { whole, folds, prior, terms, nominal_terms: 0 }
+        Self { whole, folds, terms, nominal_terms: 0 }
     }
 
     /// The same where so many of the first terms count as nominal: the others are judged with them in
@@ -55,17 +57,38 @@ impl Folded {
         Self { nominal_terms, ..self }
     }
 
-    /// The drop of held-out squared residuals that a term (by its place among those that are judged)
-    /// brings.
+    /// The rise of twice the log predictive density of held-out readings that a term (by its place among
+    /// those that are judged) brings, fold after fold: the drop of their squared residuals, in units of
+    /// what the fit to the other folds leaves uncertain of them, less what that uncertainty costs. A
+    /// prediction from values that the other folds hardly determine is wide, not wrong.
     pub fn drop(&self, term: usize) -> f64 {
         let own = &self.terms[self.nominal_terms + term];
         let n = self.whole.nrows() - 1;
         let others: Vec<usize> = (0..n).filter(|column| !own.contains(column)).collect();
         let all: Vec<usize> = (0..n).collect();
-        self.folds
-            .iter()
-            .map(|fold| self.left(fold, &others, &others) - self.left(fold, &all, &others))
-            .sum()
+        let of = |columns: &[usize]| {
+            let whole = self.evidence(&self.whole, columns);
+            let rest = |fold: &DMatrix<f64>| self.evidence(&(&self.whole - fold), columns);
+            self.folds.iter().map(|fold| whole - rest(fold)).sum::<f64>()
+        };
+        of(&others) - of(&all)
+    }
+
+    /// Minus twice the log evidence of columns by some sums: what the readings of a fold add to it is
+    /// that of their predictive distribution.
+    fn evidence(&self, sums: &DMatrix<f64>, columns: &[usize]) -> f64 {
+        let n = self.whole.nrows() - 1;
+        let root: Vec<f64> = columns.iter().map(|column| self.scale(*column).sqrt()).collect();
+        let own = DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+            let ridge = if i == j { RIDGE } else { 0.0 };
+            sums[(columns[i], columns[j])] / (root[i] * root[j]) + ridge
+        });
+        let score = DVector::from_fn(columns.len(), |i, _| sums[(columns[i], n)] / root[i]);
+        let Some(factor) = Cholesky::new(own) else { return f64::NAN };
+        let half = factor.l_dirty().solve_lower_triangular(&score);
+        let taken = half.map_or(0.0, |half| half.norm_squared());
+        let determinant: f64 = factor.l_dirty().diagonal().iter().map(|root| root.ln()).sum();
+        sums[(n, n)] - taken + 2.0 * determinant
     }
 
     /// For the first term, the first two, and so on the drop that they bring in each piece of the
@@ -130,14 +153,6 @@ impl Folded {
     /// The columns that they do not determine.
     fn unknown(&self, fold: &DMatrix<f64>, columns: &[usize]) -> Vec<usize> {
         columns.iter().copied().filter(|column| !self.is_known(fold, *column)).collect()
-    }
-
-    /// Squared residuals of a fold under the columns `fitted` to the other folds; those of `free`
-    /// that these do not determine are fitted in the fold.
-    fn left(&self, fold: &DMatrix<f64>, fitted: &[usize], free: &[usize]) -> f64 {
-        let vector = self.predicting(fold, fitted);
-        let left = self.left_of(fold, &vector, &self.unknown(fold, free));
-        left + vector.dot(&(&self.prior * &vector)) / FOLDS as f64
     }
 
     /// Coefficients of the columns, the residual's 1, that make a prediction of the fold from the

@@ -4,7 +4,9 @@
 //! It sums nothing.
 
 use crate::diagnose::library::catalogue::sign;
+use crate::engine::gauss_markov::Gains;
 
+use super::changes::Masked;
 use super::linear::{Linear, by_candidate};
 use super::selection::Selection;
 use super::terms::{Base, Change, Combination};
@@ -28,6 +30,8 @@ pub struct Values<'a> {
     pub further: &'a [f64],
     /// The residual of the nominal model.
     pub residual: f64,
+    /// Of the filter along time, where the noise is autocorrelated.
+    pub gains: Option<&'a Gains>,
 }
 
 /// A column of a model among those of a run: its parts, and the change that it is.
@@ -109,22 +113,26 @@ impl Linear {
             }
             let first = self.sums.first_measurand[part];
             let (mut row, mut values, mut further) = (Vec::new(), Vec::new(), Vec::new());
+            // Of each residual component the columns of changes.
+            let mut masked: Vec<Vec<Masked>> = Vec::new();
             let data = &problem.parts[part];
             problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
                 let run = problem.run_index(part, lanes.run);
+                masked.resize_with(masked.len().max(lanes.row + 1), Vec::new);
+                masked[lanes.row].resize(columns.len(), Masked::default());
                 for lane in 0..lanes.stretch.len {
                     if !lanes.is_present(lane) {
                         continue;
                     }
                     lanes.put(lane, &mut row);
                     let sample = lanes.stretch.first + lane;
+                    let gains = lanes.gains_at(lane);
                     values.clear();
-                    values.extend(cells[lanes.run].iter().map(|(parts, change)| {
-                        if change.is_none_or(|change| self.acts(change, (run, sample))) {
-                            parts.iter().map(|(at, by)| row[*at] * by).sum::<f64>()
-                        } else {
-                            0.0
-                        }
+                    let own = cells[lanes.run].iter().zip(&mut masked[lanes.row]);
+                    values.extend(own.map(|((parts, change), masked)| {
+                        let value: f64 = parts.iter().map(|(at, by)| row[*at] * by).sum();
+                        let acts = |change: &&Change| self.acts(change, (run, sample));
+                        change.map_or(value, |change| masked.next(gains, value, acts(&change)))
                     }));
                     let residual = values.pop().unwrap_or(0.0);
                     further.clear();
@@ -139,6 +147,7 @@ impl Linear {
                         model: &values,
                         further: &further,
                         residual,
+                        gains,
                     });
                 }
             });

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::onsets::Onsets;
 use super::taken_up::{Across, EndProducts, TakenUp};
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
@@ -58,7 +59,8 @@ impl Linear {
     ) -> Vec<(bool, Change)> {
         let n = selection.columns(whole).len();
         let mut sums: Vec<DMatrix<f64>> =
-            bases.iter().map(|_| DMatrix::zeros(n + 2, bins.len())).collect();
+            bases.iter().map(|_| DMatrix::zeros(n + 3, bins.len())).collect();
+        let mut onsets = Onsets::new(n, bases.len(), bins.len());
         let mut of_run: Vec<(usize, usize)> = vec![(0, 0); self.order.len()];
         for (number, (run, _)) in bins.iter().enumerate() {
             let own = &mut of_run[*run];
@@ -70,6 +72,7 @@ impl Linear {
             let at = own.partition_point(|(_, first)| *first <= values.sample);
             let bin = first + at.saturating_sub(1);
             let weight = selection.scale[values.measurand].powi(-2);
+            onsets.see(&values, bin, weight);
             for (sum, x) in sums.iter_mut().zip(values.further) {
                 if *x == 0.0 {
                     continue;
@@ -96,13 +99,20 @@ impl Linear {
                 }
             }
         }
+        // What is different from the first sample of a campaign on is no change.
+        let is_late = |(sum, total): (&DMatrix<f64>, &f64)| -> Vec<bool> {
+            sum.row(n + 1).iter().map(|square| square < total).collect()
+        };
+        let late: Vec<Vec<bool>> = sums.iter().zip(&totals).map(is_late).collect();
+        onsets.finish();
+        sums.iter_mut().zip(&onsets.added).for_each(|(sum, added)| *sum += added);
         let Factored { factor, half, .. } = selection.factored(whole);
         let out = |model: &Vec<usize>| {
             let columns = columns_without(selection, whole, model);
             factor.inverse.select_columns(&columns).qr().q()
         };
         let outs: Vec<DMatrix<f64>> = models.iter().map(out).collect();
-        let of_base = |((base, sum), total): ((&Base, &DMatrix<f64>), &f64)| {
+        let of_base = |((base, sum), late): ((&Base, &DMatrix<f64>), &Vec<bool>)| {
             let across = factor.across(sum.rows(0, n).into_owned());
             let across = Across { columns: across, half: half.clone() };
             let stretches = self.stretches(*base, bins, &across);
@@ -121,8 +131,7 @@ impl Linear {
                 // Of all moments, and of those at which a run begins.
                 let (mut best, mut best_of_runs): (Option<(f64, usize)>, _) = (None, None);
                 for bin in 1..bins.len() {
-                    // What is different from the first sample of a campaign on is no change.
-                    if sum[(n + 1, bin)] >= *total || part(bin) != part(bin - 1) {
+                    if !late[bin] || part(bin) != part(bin - 1) {
                         continue;
                     }
                     let Some(gain) = gain_from(bin) else { continue };
@@ -165,7 +174,7 @@ impl Linear {
             }
             all
         };
-        let found = bases.par_iter().zip(&sums).zip(&totals).map(of_base).collect::<Vec<_>>();
+        let found = bases.par_iter().zip(&sums).zip(&late).map(of_base).collect::<Vec<_>>();
         found.into_iter().flatten().collect()
     }
 
@@ -203,7 +212,7 @@ impl Linear {
         (taken_up, stretches): (&TakenUp<'_>, &[Stretches]),
         bins: &[Bin],
     ) -> Option<Change> {
-        let n = sum.nrows() - 2;
+        let n = sum.nrows() - 3;
         let end_of = |run: Ends, to: usize| {
             if to < run.1 { bins[to].1 } else { self.fitted.problem.samples_in(bins[run.0].0) }
         };
@@ -216,7 +225,9 @@ impl Linear {
             let later = (!self.is_past(bins, run, to)).then_some(to);
             let within =
                 |row: usize| sum[(row, from)] - later.map_or(0.0, |later| sum[(row, later)]);
-            let square = within(n + 1);
+            // Its end is whitened as its beginning is.
+            let shared = later.map_or(0.0, |later| 2.0 * sum[(n + 2, later)]);
+            let square = within(n + 1) + shared;
             let left = square - taken;
             (square > 0.0 && left >= TAKEN_UP * square).then(|| (within(n) - along).powi(2) / left)
         };
