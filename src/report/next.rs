@@ -198,9 +198,10 @@ fn delays_by_run(diagnosis: &Diagnosis) -> String {
 fn relaxed(row: &Row) -> Option<String> {
     let name = &row.name;
     Some(match row.variant? {
-        Variant::EachSetup => {
+        form @ (Variant::EachSetup | Variant::EachRun) => {
+            let scope = if form == Variant::EachRun { "run" } else { "setup" };
             format!(
-                "      with scope = \"setup\" for the parameters of `{name}`, in [parameters]\n"
+                "      with scope = \"{scope}\" for the parameters of `{name}`, in [parameters]\n"
             )
         }
         Variant::EachAngle => format!(

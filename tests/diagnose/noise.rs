@@ -365,7 +365,6 @@ fn jitter_has_one_name() {
 }
 
 #[test]
-#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn jitter_has_its_size_within_its_uncertainty() {
     for (seed, jitter) in [(31, 0.1e-3), (32, 0.4e-3)] {
         let set = [&*format!("timestamp_jitter.jitter={jitter} s")];

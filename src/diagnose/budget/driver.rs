@@ -28,6 +28,7 @@ use super::terms::Change;
 
 mod fitted_changes;
 mod forward;
+mod jitter;
 mod jumps;
 mod members;
 mod relax;

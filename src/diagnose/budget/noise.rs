@@ -25,13 +25,24 @@ pub struct Outlier {
     pub deviations: f64,
 }
 
+/// Timestamp jitter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jitter {
+    /// Variance of the reference times (s²).
+    pub variance: f64,
+    /// Its standard uncertainty.
+    pub sigma: f64,
+    /// Standard score against none.
+    pub score: f64,
+}
+
 /// The noise of a model's residuals.
 #[derive(Clone, Debug, Default)]
 pub struct NoiseFound {
     /// Readings that are far out, in order.
     pub outliers: Vec<Outlier>,
-    /// Variance of the reference times (s²), and its standard score.
-    pub jitter: Option<(f64, f64)>,
+    /// Timestamp jitter.
+    pub jitter: Option<Jitter>,
     /// Autocorrelated noise, by campaign and residual component.
     pub autocorrelation: Vec<(usize, usize, GaussMarkov)>,
 }
@@ -148,15 +159,16 @@ pub fn few_are_far(outliers: &mut Vec<Outlier>) {
 }
 
 /// The variance of reference times from products of residuals of different readings of one sample,
-/// which noise scale factors cannot make.
-fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]>) -> Option<(f64, f64)> {
-    let (mut products, mut weights) = (0.0, 0.0);
-    for [u, uu, v, vv] in samples {
-        products += 0.5 * (u * u - uu);
-        weights += 0.5 * (v * v - vv);
-    }
+/// which noise scale factors cannot make. Its uncertainty is that of the products as they scatter.
+fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]> + Clone) -> Option<Jitter> {
+    let each = samples.map(|[u, uu, v, vv]| [0.5 * (u * u - uu), 0.5 * (v * v - vv)]);
+    let (products, weights) =
+        each.clone().fold((0.0, 0.0), |sums, [one, weight]| (sums.0 + one, sums.1 + weight));
     let score = products / weights.sqrt();
-    (weights > 0.0 && score > NOISE).then(|| (products / weights, score))
+    let variance = products / weights;
+    let scatter: f64 = each.map(|[one, weight]| (one - variance * weight).powi(2)).sum();
+    let sigma = scatter.sqrt() / weights;
+    (weights > 0.0 && score > NOISE).then_some(Jitter { variance, sigma, score })
 }
 
 /// The Gauss-Markov part of a component's residuals, where they are correlated.

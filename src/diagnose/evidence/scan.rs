@@ -8,6 +8,7 @@
 //! aside. The best is then tested like any other candidate; every member of the grid is paid for,
 //! twice for the polishing. A list of members is looked through in the same way, as it stands.
 
+mod best;
 mod grid;
 mod group;
 mod opened;
@@ -26,23 +27,13 @@ use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::system::{Selected, System};
 
-use self::grid::NEIGHBOURS;
+use self::best::best_member;
 use self::opened::opened;
 use super::Nominal;
 use super::sampling::{Sampling, is_frequency, longest_period};
 
-/// Of many members those that are looked at with what nominal parameters take up taken off.
-const BEST: usize = 40;
-/// Members that are all looked at so: as a pass with the nominal columns costs half as much again, a
-/// choice of the best of them by a pass without would take longer.
-const FEW: usize = 3 * BEST;
 /// Members in one pass over the readings: they share everything but their own columns.
 const TOGETHER: usize = 8;
-/// Passes between the neighbours of the best member, at most, and what another may add to the gain
-/// for it to be worth it.
-const POLISH: usize = 4;
-const WORTH: f64 = 0.01;
-
 /// What was found before: the best member of each family, and the number of members.
 pub type Scanned = HashMap<String, (f64, usize)>;
 
@@ -77,45 +68,6 @@ pub fn scan_all<'f>(
     }
 }
 
-/// The best member of a family, and the number of members that it was chosen among.
-fn best_member(fitted: &Fitted, family: &Candidate) -> Option<(f64, usize)> {
-    let scan = Scan::new(fitted, family)?;
-    let (grid, tried) = scan.tried()?;
-    let mut order: Vec<usize> = (0..grid.len()).collect();
-    if grid.len() > FEW {
-        let plain =
-            grid.chunks(TOGETHER).flat_map(|members| scan.added(&scan.alone, members, None));
-        let plain: Vec<f64> = plain.collect();
-        order.sort_by(|a, b| plain[*b].total_cmp(&plain[*a]));
-        order.truncate(BEST);
-    }
-    let gains = order.chunks(TOGETHER).flat_map(|members| {
-        let values: Vec<f64> = members.iter().map(|member| grid[*member]).collect();
-        members.iter().copied().zip(scan.gains(&values))
-    });
-    let (best, gain) =
-        gains.reduce(|best, other| if is_better(other, best) { other } else { best })?;
-    let value = match scan.members {
-        Members::List(_) => grid[best],
-        Members::Range { .. } => {
-            let low = grid[best.saturating_sub(1)];
-            let high = grid[(best + 1).min(grid.len() - 1)];
-            scan.polished(low, high, (grid[best], gain))
-        }
-    };
-    Some((value, tried))
-}
-
-/// Share of a gain by which members differ that the readings do not tell apart.
-const SAME: f64 = 1e-6;
-
-/// Whether a member, by its place and gain, is better than another. Of those that the readings do not
-/// tell apart, as waves through few angles, the first is.
-fn is_better(one: (usize, f64), other: (usize, f64)) -> bool {
-    let near = SAME * other.1.abs();
-    if (one.1 - other.1).abs() <= near { one.0 < other.0 } else { one.1 > other.1 }
-}
-
 /// A family's candidate with this member.
 pub(in crate::diagnose) fn with_member(
     fitted: &Fitted,
@@ -133,7 +85,7 @@ pub(in crate::diagnose) fn with_member(
 pub fn members(fitted: &Fitted, family: &Candidate) -> Option<usize> {
     let mut families = family.selected.effect.shape.values();
     let is_scanned = families.all(|one| matches!(one.members, Members::Range { .. }));
-    Some(is_scanned.then(|| Scan::new(fitted, family))??.tried()?.1)
+    Some(is_scanned.then(|| Scan::new(fitted, family))??.tried()?.paid)
 }
 
 /// A family whose constant is left open.
@@ -147,6 +99,8 @@ struct Scan<'a> {
     beside: Vec<Passes<'a>>,
     nominal: Nominal,
     samples: usize,
+    /// Whether each run has values of its own, whatever the family's.
+    is_by_runs: bool,
     /// Of a family of frequencies, and the lowest of them.
     sampling: Option<(Sampling, f64)>,
     /// The longest period (s) of a family of waves over time that a setup shows.
@@ -191,7 +145,19 @@ impl<'a> Scan<'a> {
         let runs = problem.parts.iter().flat_map(|part| &part.runs);
         let samples = runs.map(|run| run.record.len()).sum();
         let members = &declared.members;
-        Some(Self { fitted, members, alone, across, beside, nominal, samples, sampling, longest })
+        let is_by_runs = false;
+        Some(Self {
+            fitted,
+            members,
+            alone,
+            across,
+            beside,
+            nominal,
+            samples,
+            is_by_runs,
+            sampling,
+            longest,
+        })
     }
 
     /// Whether a member is a frequency that the runs cannot tell from nothing, or too long a period.
@@ -257,29 +223,6 @@ impl<'a> Scan<'a> {
             }
         }
         sums.into_iter().map(|(sum, all)| if all > 0.0 { sum / all } else { 1.0 }).collect()
-    }
-
-    /// The best value between two members about the best one.
-    fn polished(&self, mut low: f64, mut high: f64, mut best: (f64, f64)) -> f64 {
-        let neighbours = high - low;
-        for _ in 0..POLISH {
-            // The gain falls by the square of the distance, and to `NEIGHBOURS` at the next.
-            let away = (high - low) / neighbours;
-            if best.1 * (1.0 - NEIGHBOURS) * away.powi(2) < WORTH {
-                break;
-            }
-            let part = (high - low) / (TOGETHER + 1) as f64;
-            let between: Vec<f64> = (1..=TOGETHER).map(|one| low + part * one as f64).collect();
-            for (value, gain) in between.iter().zip(self.gains(&between)) {
-                if gain > best.1 {
-                    best = (*value, gain);
-                }
-            }
-            let below = between.iter().copied().filter(|value| *value < best.0);
-            let above = between.iter().copied().filter(|value| *value > best.0);
-            (low, high) = (below.fold(low, f64::max), above.fold(high, f64::min));
-        }
-        best.0
     }
 }
 

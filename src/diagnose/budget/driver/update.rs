@@ -9,16 +9,12 @@ use crate::diagnose::budget::noise::{Outlier, few_are_far, leave_out, noise};
 use crate::diagnose::budget::noise_or_blocks::OfRun;
 use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::found::NoiseEffect;
 use crate::diagnose::library::variant::Variant;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::gram::LeastSquares;
 use crate::estimate::batch::FitError;
 
 use super::{Competed, Search};
-
-/// The effect that is timestamp jitter.
-const JITTER: &str = "timestamp_jitter";
 
 impl Search<'_> {
     /// Takes what is found in the noise into the problem; whether there was something.
@@ -32,11 +28,7 @@ impl Search<'_> {
         few_are_far(&mut found.outliers);
         drop(selection);
         let mut fitted = linear.fitted.clone();
-        if let Some((variance, score)) = found.jitter.filter(|_| self.noise.is_empty())
-            && let Some(with) = self.with_jitter(&fitted, linear, variance, score)?
-        {
-            self.log.push(format!("timestamp jitter {:.3e} s", variance.sqrt()));
-            self.fitted = with;
+        if self.take_jitter(competed, found.jitter)? {
             return Ok(true);
         }
         let mut outliers = found.outliers;
@@ -111,40 +103,6 @@ impl Search<'_> {
         }
         self.fitted = fitted.again(self.options)?;
         Ok(())
-    }
-
-    /// The model with timestamp jitter of a variance (s²), where the library offers it.
-    fn with_jitter(
-        &mut self,
-        fitted: &Fitted,
-        linear: &Linear,
-        variance: f64,
-        score: f64,
-    ) -> Result<Option<Fitted>, FitError> {
-        let candidate = linear.noise.iter().find(|one| one.name.starts_with(JITTER));
-        let Some(candidate) = candidate else { return Ok(None) };
-        let Some(mut with) = fitted.with(&candidate.selected, &[], self.options)? else {
-            return Ok(None);
-        };
-        let prefix = format!("{}.", candidate.name);
-        let system = candidate.systems.iter().flatten().next();
-        let random = system.and_then(|system| {
-            system.randoms.iter().find(|random| random.name.starts_with(&prefix))
-        });
-        let Some(random) = random else { return Ok(None) };
-        let value = variance.sqrt();
-        with.problem.set_random(&random.name, value);
-        let with = with.again(self.options)?;
-        self.noise.push(NoiseEffect {
-            name: candidate.name.clone(),
-            selected: candidate.selected.clone(),
-            parameter: random.name.clone(),
-            unit: random.unit.clone(),
-            value,
-            sigma: 0.5 * value / score,
-            ln_p: -0.5 * score * score,
-        });
-        Ok(Some(with))
     }
 
     /// Takes effects that did not stand out of the competition, or lets those in again whose values

@@ -17,6 +17,15 @@ const MOST_WORK: usize = 20_000_000;
 const STEPS: i32 = 3;
 const SHORTER: f64 = 0.25;
 
+/// Which members are tried.
+pub(super) struct Tried {
+    pub(super) members: Vec<f64>,
+    /// For how many they are paid for.
+    pub(super) paid: usize,
+    /// Whether a grid that misses none has more.
+    pub(super) is_coarse: bool,
+}
+
 impl Scan<'_> {
     /// The distance from a member to a neighbour, looked for up to `range` in a direction (1 or
     /// -1).
@@ -41,18 +50,14 @@ impl Scan<'_> {
         if nearer > 0 { between[nearer - 1] } else { near }
     }
 
-    /// The members that are tried, and for how many they are paid for.
-    pub(super) fn tried(&self) -> Option<(Vec<f64>, usize)> {
+    /// The members that are tried.
+    pub(super) fn tried(&self) -> Option<Tried> {
         match self.members {
             Members::List(list) => {
                 let most = self.most().max(SHORT_LIST).min(list.len());
-                Some((list[..most].to_vec(), most))
+                Some(Tried { members: list[..most].to_vec(), paid: most, is_coarse: false })
             }
-            Members::Range { from, to } => {
-                let grid = self.grid(*from, *to)?;
-                let paid = 2 * grid.len();
-                Some((grid, paid))
-            }
+            Members::Range { from, to } => self.grid(*from, *to),
         }
     }
 
@@ -62,7 +67,7 @@ impl Scan<'_> {
     }
 
     /// The members of a range that are tried: steps are a power of the member between both ends.
-    fn grid(&self, from: f64, to: f64) -> Option<Vec<f64>> {
+    pub(super) fn grid(&self, from: f64, to: f64) -> Option<Tried> {
         let range = to - from;
         let (first, last) = (self.step(from, 1.0, 0.5 * range), self.step(to, -1.0, 0.5 * range));
         let power = if from > 0.0 { (last / first).ln() / (to / from).ln() } else { 0.0 };
@@ -73,13 +78,16 @@ impl Scan<'_> {
         if !step(from).is_finite() || step(from) <= 0.0 {
             return None;
         }
-        let mut coarse = 1.0;
+        let mut by = 1.0;
         loop {
-            let step = |value: f64| coarse * step(value);
-            if let Some(grid) = spaced((from, to), most, step, |value| self.is_blind(value)) {
-                return (!grid.is_empty()).then_some(grid);
+            let step = |value: f64| by * step(value);
+            if let Some(members) = spaced((from, to), most, step, |value| self.is_blind(value)) {
+                // Each is paid for two times: the best is polished.
+                let paid = 2 * (by * members.len() as f64) as usize;
+                let is_coarse = by > 1.0;
+                return (!members.is_empty()).then_some(Tried { members, paid, is_coarse });
             }
-            coarse *= 1.5;
+            by *= 1.5;
         }
     }
 }

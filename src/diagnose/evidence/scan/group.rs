@@ -33,7 +33,8 @@ impl Scan<'_> {
         let mut groups = IndexMap::new();
         for (run, sums) in passes.sums(members).iter().enumerate() {
             let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
-            let key = match columns.first().map(|one| one.scope) {
+            let scope = columns.first().map(|one| one.scope);
+            let key = match scope.map(|own| if self.is_by_runs { Scope::Run } else { own }) {
                 Some(Scope::Run) => (OF_RUN, problem.run_index(part, run)),
                 Some(Scope::Setup) => (1, problem.parts[part].runs[run].setup),
                 _ => (0, 0),

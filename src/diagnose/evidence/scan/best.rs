@@ -1,0 +1,124 @@
+//! The best member of a family: of a grid, where that misses none, else of finer grids where values of
+//! each run's own explain most; then between its neighbours.
+
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::candidate::Candidate;
+use crate::effect::Members;
+
+use super::grid::{NEIGHBOURS, Tried};
+use super::{Scan, TOGETHER};
+
+/// Of many members those that are looked at with what nominal parameters take up taken off.
+const BEST: usize = 40;
+/// Members that are all looked at so: as a pass with the nominal columns costs half as much again, a
+/// choice of the best of them by a pass without would take longer.
+const FEW: usize = 3 * BEST;
+/// Members of a grid with values of each run's own near which a finer one looks.
+const PEAKS: usize = 4;
+/// Passes between the neighbours of the best member, at most, and what another may add to the gain
+/// for it to be worth it.
+const POLISH: usize = 4;
+const WORTH: f64 = 0.01;
+
+/// The best member of a family, and the number of members that it was chosen among.
+pub(super) fn best_member(fitted: &Fitted, family: &Candidate) -> Option<(f64, usize)> {
+    let mut scan = Scan::new(fitted, family)?;
+    let Tried { members, paid, is_coarse } = scan.tried()?;
+    let found = if is_coarse { scan.best_by_runs() } else { None };
+    let value = match found {
+        Some(value) => value,
+        None => scan.best_of(&members)?.0,
+    };
+    Some((value, paid))
+}
+
+/// Share of a gain by which members differ that the readings do not tell apart.
+const SAME: f64 = 1e-6;
+
+/// Whether a member, by its place and gain, is better than another. Of those that the readings do not
+/// tell apart, as waves through few angles, the first is.
+fn is_better(one: (usize, f64), other: (usize, f64)) -> bool {
+    let near = SAME * other.1.abs();
+    if (one.1 - other.1).abs() <= near { one.0 < other.0 } else { one.1 > other.1 }
+}
+
+impl Scan<'_> {
+    /// What the members of a grid gain, those that may gain most.
+    fn gains_of(&self, grid: &[f64]) -> Vec<(usize, f64)> {
+        let mut order: Vec<usize> = (0..grid.len()).collect();
+        if grid.len() > FEW {
+            let plain =
+                grid.chunks(TOGETHER).flat_map(|members| self.added(&self.alone, members, None));
+            let plain: Vec<f64> = plain.collect();
+            order.sort_by(|a, b| plain[*b].total_cmp(&plain[*a]));
+            order.truncate(BEST);
+        }
+        let gains = order.chunks(TOGETHER).flat_map(|members| {
+            let values: Vec<f64> = members.iter().map(|member| grid[*member]).collect();
+            members.iter().copied().zip(self.gains(&values))
+        });
+        gains.collect()
+    }
+
+    /// The best member of a grid, polished where it is one of a range, and its gain in the grid.
+    fn best_of(&self, grid: &[f64]) -> Option<(f64, f64)> {
+        let gains = self.gains_of(grid).into_iter();
+        let (best, gain) =
+            gains.reduce(|best, other| if is_better(other, best) { other } else { best })?;
+        let value = match self.members {
+            Members::List(_) => grid[best],
+            Members::Range { .. } => {
+                let (low, high) = neighbours(grid, best);
+                self.polished(low, high, (grid[best], gain))
+            }
+        };
+        Some((value, gain))
+    }
+
+    /// The best member of a range of which a grid that misses none has too many: where values hold
+    /// together over many runs, lines are as narrow as all of them are long. With values of each run's
+    /// own they are wider; where those explain most, the others are looked for. `None` where lines of
+    /// runs are as narrow.
+    fn best_by_runs(&mut self) -> Option<f64> {
+        let Members::Range { from, to } = self.members else { return None };
+        self.is_by_runs = true;
+        let coarse = self.grid(*from, *to).filter(|grid| !grid.is_coarse);
+        let mut gains = coarse.as_ref().map_or_else(Vec::new, |grid| self.gains_of(&grid.members));
+        self.is_by_runs = false;
+        let coarse = coarse?.members;
+        gains.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let near = gains.iter().take(PEAKS).filter_map(|(at, _)| {
+            let (low, high) = neighbours(&coarse, *at);
+            self.best_of(&self.grid(low, high)?.members)
+        });
+        near.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(value, _)| value)
+    }
+
+    /// The best value between two members about the best one.
+    fn polished(&self, mut low: f64, mut high: f64, mut best: (f64, f64)) -> f64 {
+        let neighbours = high - low;
+        for _ in 0..POLISH {
+            // The gain falls by the square of the distance, and to `NEIGHBOURS` at the next.
+            let away = (high - low) / neighbours;
+            if best.1 * (1.0 - NEIGHBOURS) * away.powi(2) < WORTH {
+                break;
+            }
+            let part = (high - low) / (TOGETHER + 1) as f64;
+            let between: Vec<f64> = (1..=TOGETHER).map(|one| low + part * one as f64).collect();
+            for (value, gain) in between.iter().zip(self.gains(&between)) {
+                if gain > best.1 {
+                    best = (*value, gain);
+                }
+            }
+            let below = between.iter().copied().filter(|value| *value < best.0);
+            let above = between.iter().copied().filter(|value| *value > best.0);
+            (low, high) = (below.fold(low, f64::max), above.fold(high, f64::min));
+        }
+        best.0
+    }
+}
+
+/// The members before and after one of a grid.
+fn neighbours(grid: &[f64], at: usize) -> (f64, f64) {
+    (grid[at.saturating_sub(1)], grid[(at + 1).min(grid.len() - 1)])
+}
