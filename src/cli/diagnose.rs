@@ -219,6 +219,8 @@ impl Diagnose {
         let is_suspicious = (is_bad && factor > BAD) || is_spoilt;
         let fitted = &found.nominal.fit.point;
         let mistaken = if is_suspicious { suspicion.mistaken(&as_loaded, fitted) } else { None };
+        let found = found.with_mistaken(mistaken);
+        let runs = load::runs(&loaded.campaigns);
         if !self.common.quiet {
             render::all(&own_untested(&loaded.recipes, &found));
             doubts::tell_of_logs(&found.nominal);
@@ -235,7 +237,7 @@ impl Diagnose {
                 load::merge(&mut value, report::diagnosis::json(&found, self.top));
                 load::merge(
                     &mut value,
-                    report::conventions::json_for(mistaken.as_ref(), load::runs(&loaded.campaigns)),
+                    report::conventions::json_for(found.mistaken.as_ref(), runs),
                 );
                 load::merge(&mut value, report::smoothing::json(&found.nominal));
                 output::json(&value)?;
@@ -250,14 +252,14 @@ impl Diagnose {
                     beside: &self.beside(),
                     out: out.as_deref(),
                     top: self.top,
-                    mistaken: mistaken.as_ref().map(|one| (one, load::runs(&loaded.campaigns))),
+                    runs,
                 };
                 output::text(&report::diagnosis_text::text(&loaded.title, &found, &asked))?;
                 let smoothing = report::smoothing::text(&found.nominal);
                 if !smoothing.is_empty() {
                     output::text(&(smoothing + report::smoothing::WHERE))?;
                 }
-                if held_out.is_some() && found.rows.is_empty() {
+                if held_out.is_some() && found.rows.is_empty() && !found.is_misread() {
                     output::text(
                         "\nNo effect stands as a row: there is nothing to judge on the held-out campaign.\n",
                     )?;

@@ -13,6 +13,7 @@ pub mod judge;
 pub mod labels;
 pub mod linear;
 pub mod member;
+mod misread;
 pub mod neighbours;
 pub mod noise;
 pub mod noise_or_blocks;

@@ -76,6 +76,8 @@ const VERY_BAD: f64 = 100.0;
 const BETTER: [f64; 2] = [25.0, 4.0];
 /// Conventions that fit up to so many times worse than the best are listed with it.
 const ALIKE: f64 = 1.5;
+/// Variance factor from which a convention set right is not all that is wrong.
+const DOUBTFUL: f64 = 30.0;
 /// Starts of a convention that are fitted further.
 const STARTS: usize = 3;
 /// A parameter has the other sign where its sum is so small a part of its difference, squared.
@@ -90,6 +92,8 @@ pub struct Mistaken {
     pub what: Vec<Instead>,
     /// Others that fit about as well in place of the last: the readings do not tell them apart.
     pub alike: Vec<Instead>,
+    /// A parameter without whose stated value the numbers fit about as well as they stand.
+    pub stated: Option<String>,
     /// The run in whose files alone it was; `None` for all runs.
     pub run: Option<String>,
     /// What each number is, as a formula of the columns as they were read.
@@ -108,11 +112,22 @@ pub struct Mistaken {
 }
 
 impl Mistaken {
+    /// Whether something else is wrong beside it, or in its place.
+    pub fn is_doubtful(&self) -> bool {
+        self.without_outliers[1] > DOUBTFUL
+    }
+
+    /// Whether a fit with this variance factor, of the numbers as they stand, is about as good.
+    pub fn is_as_good_as(&self, variance_factor: f64) -> bool {
+        variance_factor < (ALIKE * self.without_outliers[1]).max(GOOD)
+    }
+
     /// Nothing was.
     fn none(stands: &Looked) -> Self {
         Self {
             what: Vec::new(),
             alike: Vec::new(),
+            stated: None,
             run: None,
             columns: Vec::new(),
             formulas: Vec::new(),

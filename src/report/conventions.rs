@@ -7,16 +7,8 @@ use crate::estimate::conventions::{ChangedFormula, Instead, Mistaken};
 use crate::report::typed_columns::TypedColumns;
 use crate::units::decimal;
 
-/// Variance factor from which a convention set right is not all that is wrong.
-const DOUBTFUL: f64 = 30.0;
-
 /// How many times larger outliers make a variance factor that is reported without them, too.
 const OUTLIERS: f64 = 2.0;
-
-/// Whether something else is wrong beside a convention, or in its place.
-pub(super) fn is_doubtful(found: &Mistaken) -> bool {
-    found.without_outliers[1] > DOUBTFUL
-}
 
 /// Variance factors without outliers, where these are most of what is left.
 fn of_most(found: &Mistaken) -> String {
@@ -49,10 +41,15 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
     for one in &found.alike {
         text.push_str(&format!("  or, about as well: {}{}\n", line(one), opposite(one)));
     }
-    if !found.alike.is_empty() {
-        text.push_str("The readings do not distinguish them, but parameters depend on the choice: choose by the programs that wrote the logs.\n");
+    if let Some(name) = &found.stated {
+        text.push_str(&format!("  or, about as well: a wrong stated value of `{name}`\n"));
     }
-    if is_doubtful(found) {
+    if !found.alike.is_empty() || found.stated.is_some() {
+        let stated = found.stated.as_ref();
+        let by = stated.map_or_else(String::new, |name| format!(", and by where `{name}` is from"));
+        text.push_str(&format!("The readings do not distinguish them, but parameters depend on the choice: choose by the programs that wrote the logs{by}.\n"));
+    }
+    if found.is_doubtful() {
         let after = decimal(found.without_outliers[1], 2);
         text.push_str(&format!("The variance factor is still {after}: another error remains, or this convention imitates one.\n"));
     }
@@ -108,6 +105,7 @@ pub fn json_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> Value {
             "run": found.run,
             "mistaken": found.what.iter().map(one).collect::<Value>(),
             "alike": found.alike.iter().map(alike).collect::<Value>(),
+            "stated": found.stated,
             "columns": columns,
             "formulas": found.formulas.iter().map(formula).collect::<Value>(),
             "variance_factors": found.variance_factors,

@@ -21,17 +21,12 @@ const TOP: usize = 8;
 
 /// The result of `diagnose`.
 pub fn text(title: &str, diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
-    if asked.is_misread() {
-        let sentence =
-            "Unknown: numbers were read in another convention than they were written in.";
-        return format!("{title}\n\n{sentence}\n{}", mistaken(asked));
-    }
     let mut text = format!("{title}\n\n{}\n", sentence(diagnosis));
     if !diagnosis.verdict.is_made() {
         text.push_str(&trouble(&diagnosis.nominal));
     }
-    text.push_str(&mistaken(asked));
-    if !diagnosis.verdict.is_made() {
+    text.push_str(&mistaken(diagnosis, asked));
+    if !diagnosis.verdict.is_made() || diagnosis.is_misread() {
         return text;
     }
     text.push_str(&budget(diagnosis));

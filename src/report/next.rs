@@ -4,8 +4,7 @@ use crate::campaign::declared::RunEntry;
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Remainder, Row};
 use crate::diagnose::library::variant::Variant;
-use crate::estimate::conventions::Mistaken;
-use crate::report::conventions::{is_doubtful, text_for};
+use crate::report::conventions::text_for;
 use crate::report::figure;
 use crate::report::left_out;
 use crate::report::rows_text::{family_unit, listed};
@@ -23,46 +22,33 @@ pub struct Asked<'a> {
     pub out: Option<&'a str>,
     /// Candidates that are shown at most.
     pub top: Option<usize>,
-    /// The convention that was mistaken, with the runs as they were written.
-    pub mistaken: Option<(&'a Mistaken, &'a [RunEntry])>,
+    /// The runs as they were written.
+    pub runs: &'a [RunEntry],
 }
 
 impl Default for Asked<'_> {
     fn default() -> Self {
-        Self {
-            campaigns: "CAMPAIGN",
-            options: &[],
-            beside: &[],
-            out: None,
-            top: None,
-            mistaken: None,
-        }
-    }
-}
-
-impl Asked<'_> {
-    /// Whether numbers were misread, and all else is right.
-    pub(super) fn is_misread(&self) -> bool {
-        self.mistaken.is_some_and(|(mistaken, _)| !is_doubtful(mistaken))
+        Self { campaigns: "CAMPAIGN", options: &[], beside: &[], out: None, top: None, runs: &[] }
     }
 }
 
 /// The convention that was mistaken. It stands before all else: a diagnosis of numbers that were misread
 /// is worth little.
-pub(super) fn mistaken(asked: &Asked<'_>) -> String {
-    let Some((mistaken, runs)) = asked.mistaken else { return String::new() };
-    let next = match asked.is_misread() {
+pub(super) fn mistaken(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
+    let next = match diagnosis.is_misread() {
         true => "\nNext: set this right and diagnose again.\n",
         false => "",
     };
-    text_for(Some(mistaken), runs) + next
+    text_for(diagnosis.mistaken.as_ref(), asked.runs) + next
 }
 
 /// The command that goes on from here.
 pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
     if let Some(name) = &diagnosis.set_free {
+        let is_alike = diagnosis.mistaken.as_ref().is_some_and(|one| one.stated.is_some());
+        let convention = if is_alike { "set the convention right, or " } else { "" };
         return format!(
-            "\nNext: correct the stated value of `{name}`, or state none, and diagnose again.\n"
+            "\nNext: {convention}correct the stated value of `{name}`, or state none, and diagnose again.\n"
         );
     }
     let campaigns = asked.campaigns;

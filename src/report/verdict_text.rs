@@ -10,7 +10,11 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     let is_borne_out = diagnosis.gap.as_ref().and_then(Gap::is_borne_out);
     let but =
         if is_borne_out == Some(false) { " Held-out readings do not support it." } else { "" };
-    format!("{}{but}", of_campaign(diagnosis))
+    let mistaken = diagnosis.mistaken.as_ref();
+    let alike = mistaken.and_then(|one| one.stated.as_ref()).map_or_else(String::new, |name| {
+        format!(" A mistaken convention explains as much as a wrong stated value of `{name}`.")
+    });
+    format!("{}{but}{alike}", of_campaign(diagnosis))
 }
 
 fn of_campaign(diagnosis: &Diagnosis) -> String {
@@ -59,6 +63,9 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
             "Partly explained: {rows} {closed} of the gap on held-out readings; {}.",
             looks(&diagnosis.remainder, "the remainder")
         ),
+        Verdict::Unknown if diagnosis.is_misread() => {
+            "Unknown: numbers were read in another convention than they were written in.".to_owned()
+        }
         Verdict::Unknown
             if diagnosis.remainder.iter().all(|one| one.place.covariate == "scatter") =>
         {

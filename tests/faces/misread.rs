@@ -28,9 +28,20 @@ fn diagnosis(folder: &Path, unit: f64, bow: f64) -> String {
         writeln!(table, "{load:.2},{:.4}", force / unit).unwrap();
     }
     write("weights.csv", &table);
+    diagnosed(folder, "text")
+}
+
+/// The answer for the campaign in a folder.
+fn diagnosed(folder: &Path, format: &str) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_homepoint"));
-    let output = command.args(["diagnose", "."]).current_dir(folder).output().unwrap();
+    command.args(["diagnose", ".", "--format", format]);
+    let output = command.current_dir(folder).output().unwrap();
     String::from_utf8(output.stdout).unwrap()
+}
+
+/// The same for programs.
+fn answer(folder: &Path) -> serde_json::Value {
+    serde_json::from_str(&diagnosed(folder, "json")).unwrap()
 }
 
 /// Where a convention explains all, it comes behind the verdict, and nothing else: a budget of
@@ -44,6 +55,11 @@ fn a_mistaken_convention_is_what_is_to_be_done() {
     assert!(!text.contains("effect  ") && !text.contains("remainder"), "{text}");
     assert_eq!(text.matches("Next: ").count(), 1, "{text}");
     place("Next: set this right and diagnose again.");
+    let answer = answer(folder.path());
+    assert_eq!(answer["verdict"], "unknown");
+    for key in ["effects", "where", "candidates"] {
+        assert_eq!(answer[key], serde_json::json!([]), "{key}");
+    }
 }
 
 /// Where it leaves a bad fit, another error remains: what else may be done is still there.
@@ -54,4 +70,45 @@ fn beside_a_doubtful_convention_the_rest_is_said() {
     assert!(text.contains("`in_pounds_force`") && text.contains("another error remains"), "{text}");
     assert!(!text.contains("set this right and diagnose again"), "{text}");
     assert!(text.contains("Next: describe what may cause"), "{text}");
+    assert_ne!(answer(folder.path())["where"], serde_json::json!([]));
+}
+
+/// A stated value that is wrong by the factor of a convention explains as much: both are reported, in the
+/// text as for programs.
+#[test]
+fn a_wrong_stated_value_is_listed_beside_the_convention_that_is_like_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let write = |name: &str, text: &str| fs::write(folder.join(name), text).unwrap();
+    write(
+        "winch.toml",
+        "name = \"winch\"\ntitle = \"Winch\"\n[inputs]\nturns = { unit = \"1\" }\n\
+         [parameters]\nzero = { unit = \"m\", scope = \"rig\" }\nradius = { unit = \"m\", scope = \"rig\" }\n\
+         [measurands]\nlaser = { value = 'zero + 2 * pi * radius * turns', unit = \"m\" }\n",
+    );
+    write(
+        "campaign.toml",
+        "title = \"Rope\"\nmodel = \"winch.toml\"\n[measurands]\nlaser = { sigma = \"4 mm\" }\n\
+         [parameters]\nradius = { value = \"0.4 m\", sigma = \"0.1 mm\" }\n\
+         [[runs]]\nname = \"up\"\ndata = \"up.csv\"\n",
+    );
+    let mut table = "turns [1],laser [m]\n".to_owned();
+    for i in 0..200 {
+        let turns = 0.5 * f64::from(i * 17 % 200);
+        let error = 0.004 * (f64::from(i * 29 % 60) / 17.0 - 1.76);
+        let laser = std::f64::consts::TAU * 0.2 * turns + 3.0 + error;
+        writeln!(table, "{turns:.2},{laser:.5}").unwrap();
+    }
+    write("up.csv", &table);
+    let (text, answer) = (diagnosed(folder, "text"), answer(folder));
+    assert!(text.contains("or, about as well: a wrong stated value of `radius`"), "{text}");
+    assert!(text.contains("turns / 2") && text.contains("remainder"), "{text}");
+    assert!(
+        text.contains("Next: set the convention right, or correct the stated value of `radius`"),
+        "{text}"
+    );
+    assert_eq!(answer["conventions"]["stated"], "radius");
+    let verdict = answer["verdict"].as_str().unwrap();
+    assert!(text.to_lowercase().contains(&format!("\n\n{verdict}: ")), "{verdict} {text}");
+    assert_eq!(answer["set_free"], "radius");
 }

@@ -11,6 +11,7 @@ use crate::diagnose::outliers::compared_delays::ComparedDelay;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::contradicted::Contradicted;
+use crate::estimate::conventions::Mistaken;
 use crate::estimate::linear_range::BeyondRange;
 use crate::units::Unit;
 
@@ -223,6 +224,8 @@ pub struct Diagnosis {
     pub contradicted: Vec<Contradicted>,
     /// The parameter whose stated value is wrong altogether: it is free in all that is found.
     pub set_free: Option<String>,
+    /// The convention that was mistaken.
+    pub mistaken: Option<Mistaken>,
     /// Values beyond the range for which their effect's form holds.
     pub beyond_range: Vec<BeyondRange>,
     /// The fits without the rows and with one after the other.
@@ -270,6 +273,7 @@ impl Diagnosis {
             delays: Vec::new(),
             contradicted: Vec::new(),
             set_free: None,
+            mistaken: None,
             beyond_range: Vec::new(),
             steps: None,
             log: Vec::new(),
