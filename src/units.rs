@@ -217,8 +217,18 @@ pub const TABLE: &[Row] = &[
     ("mG", 1e-7, [0, -2, 1, 0, -1, 0]),
 ];
 
+/// Other characters for what is in the table: the degree sign, and the Greek letter in place of the
+/// micro sign.
+const SPELLINGS: [(&str, &str); 3] = [("°", "deg"), ("℃", "degC"), ("\u{3bc}", "\u{b5}")];
+
+/// A text in the characters of the table.
+fn spelled(text: &str) -> String {
+    SPELLINGS.iter().fold(text.to_owned(), |text, (other, own)| text.replace(other, own))
+}
+
 /// The row of a symbol.
 fn row(symbol: &str) -> Option<&'static Row> {
+    let symbol = spelled(symbol);
     TABLE.iter().find(|(known, _, _)| *known == symbol)
 }
 

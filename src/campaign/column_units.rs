@@ -102,7 +102,7 @@ pub(super) fn read_unit(
     };
     let unit = unit.map_err(|error| {
         let mut diagnostic = match origin.is_outside {
-            true => Diagnostic::error(format!("the unit of the column `{name}` is none")),
+            true => Diagnostic::error(format!("the unit of the column `{name}` is not known")),
             false => Diagnostic::error(error.message),
         };
         diagnostic.help.extend(error.help.filter(|_| !origin.is_outside));

@@ -51,8 +51,10 @@ pub enum FormulaError {
     /// A power right after a unit: of the unit or of the quantity?
     #[error("`{found}` could mean the power of the unit or of the quantity")]
     UnitPower {
-        /// The quantity.
+        /// The quantity, up to the sign of the power.
         found: String,
+        /// The number and the power of its unit, where this is a simple one.
+        number: Option<String>,
         /// Where.
         span: Span,
     },
@@ -156,10 +158,13 @@ impl FormulaError {
             Self::Character { found: '\'' | '"', .. } => {
                 Some("a formula holds no quotation marks".into())
             }
-            Self::UnitPower { found, .. } => Some(format!(
-                "write `({})^2` for the power of the quantity",
-                found.trim_end_matches('^').trim_end()
-            )),
+            Self::UnitPower { found, number, .. } => {
+                let quantity = found.trim_end_matches('^').trim_end();
+                let number = number.as_ref().map_or_else(String::new, |number| {
+                    format!(", `{number}` for the power of the unit")
+                });
+                Some(format!("write `({quantity})^2` for the power of the quantity{number}"))
+            }
             Self::Deep { .. } | Self::Long { .. } => {
                 Some("give parts of it names of their own in [quantities]".into())
             }

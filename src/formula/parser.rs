@@ -203,7 +203,7 @@ impl<'t> Parser<'t> {
         let symbol = self.word(unit_span);
         let unit = Unit::parse(symbol).map_err(|error| FormulaError::Unit {
             found: symbol.to_owned(),
-            help: error.help.filter(|help| help.starts_with("did you mean")),
+            help: error.help.filter(|help| !help.starts_with("known units")),
             span: unit_span,
         })?;
         let is_compound = end > self.at + 1;
@@ -212,8 +212,11 @@ impl<'t> Parser<'t> {
         if let (Token::Symbol('^'), power) = self.peek()
             && (value != 1.0 || unit.offset != 0.0 || is_compound)
         {
+            let is_simple = !is_compound && unit.offset == 0.0;
+            let number = is_simple.then(|| format!("{} * 1 {symbol}^2", self.word(span)));
             let span = span.to(power);
-            return Err(FormulaError::UnitPower { found: self.word(span).to_owned(), span });
+            let found = self.word(span).to_owned();
+            return Err(FormulaError::UnitPower { found, number, span });
         }
         let si = unit.to_si(value);
         let span = span.to(unit_span);

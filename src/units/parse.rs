@@ -1,6 +1,6 @@
 //! Reads units (`um/min^0.5`, `m/(rad/s^2)`, `N m/rad`) and quantities (`1.5 arcsec`).
 
-use super::{Dimension, Exponent, Unit, UnitError, row};
+use super::{Dimension, Exponent, Unit, UnitError, row, spelled};
 use crate::units::TABLE;
 
 /// How deep parentheses may nest.
@@ -8,12 +8,13 @@ const MAXIMUM_DEPTH: usize = 16;
 
 impl Unit {
     /// Reads a unit: known symbols, `*` or a blank, `/`, `^` with a rational power, parentheses;
-    /// `degC` alone. A blank after `/` is refused, for `m/s rad` could mean two things.
+    /// `degC` alone; `°` and `°C` for `deg` and `degC`. A blank after `/` is refused, for `m/s rad`
+    /// could mean two things.
     ///
     /// # Errors
     /// The part that is not a unit, with the nearest known symbol.
     pub fn parse(text: &str) -> Result<Self, UnitError> {
-        if text.trim() == "degC" {
+        if spelled(text.trim()) == "degC" {
             return Ok(Self {
                 symbol: "degC".into(),
                 factor: 1.0,
@@ -40,7 +41,7 @@ impl Unit {
                 help: None,
             });
         }
-        Ok(Self { symbol: text.trim().to_owned(), factor, offset: 0.0, dimension })
+        Ok(Self { symbol: spelled(text.trim()), factor, offset: 0.0, dimension })
     }
 }
 
@@ -67,6 +68,18 @@ pub fn parse_quantity(text: &str) -> Result<(f64, Unit), UnitError> {
         });
     }
     let unit_text = &rest[length..];
+    if unit_text.trim_start().starts_with('/') {
+        let number = &rest[..length];
+        return Err(UnitError {
+            message: format!("expected a unit, found `{}`", unit_text.trim()),
+            start: lead + length,
+            end: text.trim_end().len(),
+            help: Some(format!(
+                "write the 1 of the unit beside the number: \"{number} 1{}\"",
+                unit_text.trim()
+            )),
+        });
+    }
     let unit = if unit_text.trim().is_empty() {
         Unit::one()
     } else {
@@ -129,7 +142,7 @@ impl Reader<'_> {
         while let Some(operator) = self.peek() {
             match operator {
                 '*' | '/' | '·' => self.at += operator.len_utf8(),
-                first if !first.is_alphabetic() => break,
+                first if !first.is_alphabetic() && first != '°' => break,
                 _ if divided => {
                     return Err(UnitError {
                         help: Some(
@@ -218,13 +231,14 @@ impl Reader<'_> {
                 self.depth -= 1;
                 Ok(inner)
             }
-            Some(first) if first.is_alphabetic() || matches!(first, '1' | '%') => {
+            Some(first) if first.is_alphabetic() || matches!(first, '1' | '%' | '°' | '℃') => {
                 let start = self.at;
                 let rest = &self.text[start..];
                 let end = if matches!(first, '1' | '%') {
                     1
                 } else {
-                    rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())
+                    let is_part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '°' | '℃');
+                    rest.find(|c: char| !is_part(c)).unwrap_or(rest.len())
                 };
                 self.at = start + end;
                 let symbol = &rest[..end];
@@ -245,12 +259,12 @@ impl Reader<'_> {
 }
 
 fn unknown(symbol: &str, start: usize) -> UnitError {
-    let help = if symbol == "degC" {
+    let help = if spelled(symbol) == "degC" {
         "degC stands alone; in products and differences write K".to_owned()
-    } else if let Some(known) = super::nearest::nearest(symbol) {
-        format!("did you mean `{known}`?")
     } else {
-        format!("known units: {}, degC, and their products, quotients and powers", known())
+        super::nearest::meant(symbol).unwrap_or_else(|| {
+            format!("known units: {}, degC, and their products, quotients and powers", known())
+        })
     };
     UnitError {
         message: format!("unknown unit `{symbol}`"),

@@ -129,6 +129,47 @@ fn another_spelling_is_told_its_symbol() {
     }
 }
 
+/// The degree sign and the Greek letter in place of the micro sign are other characters for known symbols.
+#[test]
+fn other_characters_are_known_symbols() {
+    for (text, symbol) in [
+        ("°", "deg"),
+        ("°/s", "deg/s"),
+        ("m°/h", "mdeg/h"),
+        ("°C", "degC"),
+        (" ℃", "degC"),
+        ("\u{3bc}m", "\u{b5}m"),
+        ("\u{3bc}rad/(m °)", "\u{b5}rad/(m deg)"),
+    ] {
+        assert_eq!(Unit::parse(text), Unit::parse(symbol), "{text}");
+    }
+    assert!(Unit::parse("°").unwrap().is_angle());
+    assert!(Unit::parse("deg/s").unwrap().accepts(&Unit::parse("°/s").unwrap()));
+    let error = Unit::parse("mm/°C").unwrap_err();
+    assert!(error.help.unwrap().contains("write K"));
+}
+
+/// A suggestion of another size would be a wrong scale.
+#[test]
+fn no_unit_of_another_size_is_suggested() {
+    for text in ["dm", "MN", "Ms", "mi", "Nmm", "NM", "cN", "Mm", "hm", "mm2", "x"] {
+        let help = Unit::parse(text).unwrap_err().help.unwrap();
+        assert!(help.starts_with("known units: "), "{text}: {help}");
+    }
+    for text in ["grad", "Grad", "Grade", "grads"] {
+        let help = Unit::parse(text).unwrap_err().help.unwrap();
+        assert!(help.contains("`gon` (400") && help.contains("`deg` (360"), "{text}: {help}");
+    }
+}
+
+#[test]
+fn a_quotient_without_its_one_is_answered_with_it() {
+    let error = parse_quantity("1e-5/K").unwrap_err();
+    assert_eq!((error.start, error.end), (4, 6));
+    assert!(error.help.unwrap().contains("\"1e-5 1/K\""));
+    assert_eq!(parse_quantity("1e-5 1/K").unwrap().0, 1e-5);
+}
+
 proptest! {
     #[test]
     fn any_text_is_read_or_refused(text in "\\PC*") {
