@@ -145,7 +145,10 @@ impl Library {
         self.effects.get(name).cloned().ok_or_else(|| {
             let error = Diagnostic::error(format!("there is no effect `{name}`"));
             let known = self.effects.keys().map(String::as_str);
-            match nearest(name, known) {
+            // An effect of one's own is more probable than the name of another one that is like it.
+            let has_word = |own: &&str| own.split('_').any(|word| word == name);
+            let own = self.own_effects().map(|own| own.name.as_str()).find(has_word);
+            match own.or_else(|| nearest(name, known)) {
                 Some(near) => error.help(format!("did you mean `{near}`?")),
                 None => error.help("`homepoint effects` lists them"),
             }

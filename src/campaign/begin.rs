@@ -107,7 +107,7 @@ pub fn begin(
         let message = "no two of the logs belong together";
         return Err(Diagnostic::error(message).help("name two logs: --from a.csv b.csv").into());
     };
-    let notes: Vec<String> = logs.iter().filter_map(Log::bad_rows).collect();
+    let notes: Vec<String> = logs.iter().flat_map(Log::bad_rows).collect();
     let rest = Rest::of(&logs, &recordings, &notes);
     let is_static = is_alone && data.stands_still();
     let own = match model {

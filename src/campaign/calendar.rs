@@ -50,6 +50,12 @@ pub(crate) fn seeming(cell: &str) -> Option<Calendar> {
     [None].into_iter().chain(orders).find_map(|order| calendar(cell, order))
 }
 
+/// Whether a cell has the form of a date that the calendar does not have.
+pub(crate) fn is_no_day(cell: &str) -> bool {
+    let date = split(cell).map_or(cell, |(date, _)| date);
+    Date::of(date).is_some() && seeming(date).is_none()
+}
+
 /// The date in a cell, if it can be read in several orders by its form.
 pub(crate) fn open_date(cell: &str) -> Option<&str> {
     let (date, _) = split(cell)?;

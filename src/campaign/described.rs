@@ -3,7 +3,7 @@
 use crate::campaign::dialect::{Separator, cells};
 use crate::campaign::header::{Choice, Column, TIME};
 use crate::campaign::lines::Lines;
-use crate::campaign::recognise::Layout;
+use crate::campaign::recognise::{Layout, ROWS};
 use crate::campaign::table::{Table, is_parquet};
 use crate::diagnostic::Place;
 use crate::document::files::open_regular;
@@ -36,12 +36,23 @@ impl Table {
         (!words.is_empty()).then(|| format!("`{}`: {}", self.name(), words.join(", ")))
     }
 
-    /// What to do where the header seems to be in another line: most rows have another number of cells.
+    /// What to do where the file holds no rows of numbers, or the header seems to be in another line: most rows
+    /// have another number of cells.
     pub(crate) fn header_help(&self) -> Option<String> {
         let header = self.layout.header.as_ref()?;
         let width = |row: &String| cells(row, self.layout.separator).count();
         let is_off = |count: usize| count != self.width && count != self.width + 1;
         let rows = &self.layout.rows;
+        let mut decimal = self.form.decimal;
+        let mut is_number = |cell: &str| decimal.number(cell, self.layout.separator).is_some();
+        let mut holds_number =
+            |row: &String| cells(row, self.layout.separator).any(|(cell, _)| is_number(cell));
+        if rows.len() < ROWS && !rows.iter().any(&mut holds_number) {
+            return Some(format!(
+                "no row of the file holds a number: the row of names is taken to be line {}, and rows of numbers come behind it",
+                header.line
+            ));
+        }
         let off = rows.iter().filter(|row| is_off(width(row))).count();
         (2 * off > rows.len()).then(|| {
             format!(

@@ -9,7 +9,7 @@ use crate::campaign::computed::Computation;
 use crate::campaign::form::{Form, is_missing};
 use crate::campaign::formats::{Format, Role, ahead_of_utc, unit_since_1970};
 use crate::campaign::origin::Origin;
-use crate::campaign::recognise::Layout;
+use crate::campaign::recognise::{Head, Layout};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::units::Unit;
 
@@ -255,6 +255,25 @@ pub(crate) fn no_header(origin: &Origin, layout: &Layout) -> Diagnostic {
         .help("the first row names the columns, each with its unit: `time [s],distance [m]`")
         .help("where the row of names is in another line, write its number beside `file`: header = 4")
         .help("where there is none, count the columns: header = false, columns = { time = { column = 1, unit = \"s\" } }")
+}
+
+/// The fault of a file of which no line is a row.
+pub(crate) fn no_rows(origin: &Origin, head: &Head<'_>) -> Diagnostic {
+    let is_list = |(_, text): &&(usize, &str)| text.contains([',', ';', '\t']);
+    match head.comments.iter().find(is_list) {
+        Some((number, text)) => {
+            let begin = text.chars().next().unwrap_or('#');
+            let help = format!(
+                "rows of numbers come behind it; a line that begins with `{begin}` is a comment"
+            );
+            Diagnostic::error("the file has no rows: all of its lines are comments")
+                .at(origin.place(*number, text, (0, text.len())))
+                .help(help)
+        }
+        None => Diagnostic::error("the file has no header row")
+            .at(origin.place(1, "", (0, 0)))
+            .help("start the file with a row of column names, `name [unit]`, separated by commas"),
+    }
 }
 
 /// Reads a header.

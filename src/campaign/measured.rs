@@ -108,6 +108,7 @@ impl Loader<'_> {
             self.tell_clocks(entry, &mut readings.intervals, &table.name(), beside_it);
         }
         self.note_read(&mut table);
+        self.warn_of_empty(entry, &table, &readings);
         let is_within = record.is_none() || self.tell_left_out(entry, &inputs, &readings, stamps);
         record.filter(|_| is_within && self.reader.count() == before)
     }

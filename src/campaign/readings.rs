@@ -31,6 +31,8 @@ pub(crate) struct Readings {
     span: Option<(f64, f64)>,
     /// Measurands of which a quaternion was found to be none.
     faulty: Vec<usize>,
+    /// Columns of readings that hold any.
+    filled: Vec<bool>,
     /// Intervals of the stamps.
     pub(crate) intervals: Intervals,
 }
@@ -79,10 +81,13 @@ impl Loader<'_> {
         known: &mut Readings,
     ) {
         let columns = reading_columns(self.model);
-        for ((_, name), column) in columns.iter().zip(&mut samples.readings) {
+        known.filled.resize(columns.len(), false);
+        let filled = samples.readings.iter_mut().zip(&mut known.filled);
+        for ((_, name), (column, is_filled)) in columns.iter().zip(filled) {
             if !table.copy(name, column) {
                 column.resize(samples.time.len(), f64::NAN);
             }
+            *is_filled |= column.iter().any(|reading| !reading.is_nan());
         }
         for (index, first) in self.rotations() {
             if known.faulty.contains(&index) {
@@ -159,6 +164,27 @@ impl Loader<'_> {
         }
         if let (Some(first), Some(last)) = (time.first(), time.last()) {
             known.span = Some((known.span.map_or(*first, |(first, _)| first), *last));
+        }
+    }
+
+    /// Warns of columns of a run without any reading, beside others that have some.
+    pub(crate) fn warn_of_empty(&mut self, entry: &RunEntry, table: &Table, known: &Readings) {
+        let columns = reading_columns(self.model);
+        if !known.filled.contains(&true) {
+            return;
+        }
+        let empty = columns.iter().zip(&known.filled).filter(|(_, is_filled)| !**is_filled);
+        let empty = empty.filter(|((_, name), _)| table.column(name).is_some());
+        let names: Vec<String> = empty.map(|((_, name), _)| format!("`{name}`")).collect();
+        if !names.is_empty() {
+            let message = format!(
+                "run `{}`: all readings of {} are missing in `{}`",
+                entry.name.text,
+                names.join(", "),
+                table.name()
+            );
+            let help = "the file has the column, and no number in it: is it the right one?";
+            self.warnings.push(Diagnostic::warning(message).help(help));
         }
     }
 

@@ -3,7 +3,7 @@
 //! A line without quotes is cut at its separators and its cells are parsed where they stand. Only
 //! what that way does not take goes the slow way, which knows quotes and finds the words for faults.
 
-use crate::campaign::calendar::{Calendar, FORMS, seeming};
+use crate::campaign::calendar::{Calendar, FORMS, is_no_day, seeming};
 use crate::campaign::dialect::{Decimal, Separator, cells};
 use crate::campaign::form::{Form, is_missing};
 use crate::campaign::header::Column;
@@ -340,6 +340,10 @@ impl Reader {
             return Diagnostic::error(message)
                 .help("keep one column of the list for each: time = [\"date\", \"clock\"]");
         }
+        if is_stamp && is_no_day(cell) {
+            let message = format!("there is no such date: `{word}` in column `{}`", column.name);
+            return Diagnostic::error(message);
+        }
         let what = Diagnostic::error(format!(
             "expected a number in column `{}`, found `{word}`",
             column.name
@@ -358,6 +362,9 @@ impl Reader {
                 what.help("the numbers of this file have decimal points, this one has a comma")
             }
             _ if is_stamp => what.help(FORMS),
+            _ if matches!(cell, "+" | "-" | "±") => {
+                what.help("a sign alone is no number: write 1 for `+` and -1 for `-` in the file")
+            }
             _ => what,
         }
     }

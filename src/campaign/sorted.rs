@@ -14,6 +14,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics, counted, decimals, number};
 const MOST_NUMBERS: usize = 100_000_000;
 /// Rows with a time far from all others that are reported.
 const MOST_FAR: usize = 20;
+/// Rows that repeat rows before, from which on they were written twice.
+const REPEATED: usize = 3;
 
 impl Table {
     /// Whether the rows at hand are the first ones in the order of time, of a file that has them in
@@ -141,8 +143,40 @@ impl Table {
         Diagnostics(faults).into_result(()).map_err(TableError::Content)
     }
 
-    /// The fault of a clock that was set back, or of a counter that began anew.
+    /// The first of the rows that those from one on repeat, stamp and values, and how many do.
+    fn repeats(&self, time: &Column, row: usize) -> Option<(usize, usize)> {
+        let same = |a: usize, b: usize| {
+            let of =
+                |column: &Column, at: usize| column.values.get(at).map(|value| value.to_bits());
+            self.columns.iter().all(|column| of(column, a) == of(column, b))
+        };
+        let stamp = time.values[row].to_bits();
+        let is_first = |at: &usize| time.values[*at].to_bits() == stamp && same(*at, row);
+        let first = (0..row).find(is_first)?;
+        let rows = (0..row - first).zip(row..self.lines.len());
+        let count = rows.take_while(|(at, other)| same(first + at, *other)).count();
+        // Readings that do not change are the same at other moments, too.
+        let differs =
+            |values: &[f64]| values.iter().any(|one| one.to_bits() != values[0].to_bits());
+        let moves = |column: &Column| {
+            let is_time = column.wanted.as_deref() == Some(TIME);
+            !is_time && column.values.get(row..row + count).is_some_and(differs)
+        };
+        (count >= REPEATED && self.columns.iter().any(moves)).then_some((first, count))
+    }
+
+    /// The fault of a clock that was set back, of a counter that began anew, or of rows that were written
+    /// twice.
     fn set(&self, time: &Column, row: usize, count: usize, by: f64) -> Diagnostic {
+        if let Some((first, count)) = self.repeats(time, row) {
+            let rows = |from: usize| (self.lines[from], self.lines[from + count - 1]);
+            let ((from, to), (other, last)) = (rows(row), rows(first));
+            let message = format!(
+                "rows {from} to {to} repeat rows {other} to {last}, stamps and values: they were written twice"
+            );
+            let help = format!("delete rows {from} to {to}: each reading would count twice");
+            return Diagnostic::error(message).at(self.cell_place(row, time)).help(help);
+        }
         let times = order::times(count);
         let message = format!(
             "time goes back {times}, here by {} s, and goes on from there: the clock was set or began anew",

@@ -156,14 +156,14 @@ impl Table {
         }
         let content = |faults| TableError::Content(origin.faults(faults));
         let mut source = Lines::of(file).map_err(unreadable)?;
-        let layout = Head::of(source.head(head_lines(form)).map_err(unreadable)?).layout(form);
+        let head = Head::of(source.head(head_lines(form)).map_err(unreadable)?);
+        let nothing = header::no_rows(&origin, &head);
+        let layout = head.layout(form);
         let Some(layout) = layout else {
             // Nothing is there, or the first row is no text.
             let fault = match source.next().map_err(unreadable)? {
                 Some((number, line)) => origin.not_utf8(number, line),
-                None => Diagnostic::error("the file has no header row")
-                    .at(whole_line(&origin, 1, ""))
-                    .help("start the file with a row of column names, `name [unit]`, separated by commas"),
+                None => nothing,
             };
             return Err(content(fault.into()));
         };

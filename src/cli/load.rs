@@ -19,6 +19,7 @@ use crate::estimate::checks;
 use crate::estimate::conventions::{Mistaken, mistaken};
 use crate::estimate::minima::{Found, MOST, improved};
 use crate::estimate::start::start;
+use crate::graph::Kind;
 use crate::library::{self, effect_files};
 use crate::model::Model;
 use crate::report;
@@ -123,7 +124,9 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     let (problem, found) = improved(opened.problem);
     opened.problem = problem;
     let as_opened = (!found.is_empty()).then_some(as_opened);
-    let started: Vec<Diagnostic> = found.iter().map(started).collect();
+    let instances = &opened.problem.layout.instances;
+    let turns = instances.iter().any(|one| one.kind == Kind::Rotation && !one.setting.fixed);
+    let started: Vec<Diagnostic> = found.iter().map(|found| started(found, turns)).collect();
     if !arguments.quiet {
         render::all(&started);
     }
@@ -203,18 +206,21 @@ pub(super) fn refuse_impossible_sigma(problem: &Problem, at: &Point) -> Result<(
     Err(error.help("see its formula and, where it names a column, that cell; leave the reading empty if it is not to count").into())
 }
 
-/// Says that another start than the stated one was taken.
-fn started(found: &Found) -> Diagnostic {
+/// Says that another start than the stated one was taken, of a problem with attitudes to look for or
+/// without.
+fn started(found: &Found, has_attitudes: bool) -> Diagnostic {
     let [own, best] = found.variance_factors.map(|factor| decimal(factor, 1));
     let [from, to] = found.offsets;
     let tried = match to - from {
         // One offset, in several attitudes.
-        0.0 => {
+        0.0 if has_attitudes => {
             format!("tried was one offset, {} s, in {} attitudes", decimal(from, 1), found.tried)
         }
+        0.0 => format!("tried was one offset, {} s", decimal(from, 1)),
         width => {
+            let attitudes = if has_attitudes { " and several attitudes" } else { "" };
             let [from, to] = [from, to].map(|at| decimal(at, if width < 1.0 { 3 } else { 1 }));
-            format!("tried were offsets from {from} to {to} s and several attitudes")
+            format!("tried were offsets from {from} to {to} s{attitudes}")
         }
     };
     let offset = decimal(found.offset, 3);
@@ -238,8 +244,9 @@ fn started(found: &Found) -> Diagnostic {
             found.tried
         )
     };
+    let rotations = if has_attitudes { " and rotations" } else { "" };
     let mut warning = Diagnostic::warning(message).help(format!(
-        "{tried}; state a `start` of delays and rotations, or `delay_range`, to look elsewhere"
+        "{tried}; state a `start` of delays{rotations}, or `delay_range`, to look elsewhere"
     ));
     if found.attitudes_left_out > 0 {
         warning = warning.help(format!(
@@ -249,8 +256,11 @@ fn started(found: &Found) -> Diagnostic {
     }
     if found.left_out > 0 {
         warning = warning.help(format!(
-            "{} samples are left out, for which no stream is there at this offset",
-            found.left_out
+            "{} left out, for which no stream is there at this offset",
+            match found.left_out {
+                1 => "1 sample is".to_owned(),
+                several => format!("{several} samples are"),
+            }
         ));
     }
     warning

@@ -7,11 +7,11 @@ mod mistakes;
 mod rates;
 mod repeated;
 mod resolution;
+mod stamps;
 
 use std::f64::consts::PI;
 
 use crate::campaign::Run;
-use crate::campaign::signal::Track;
 use crate::diagnostic::Diagnostic;
 use crate::engine::part::Slot;
 use crate::engine::{Part, Point, Problem};
@@ -33,7 +33,7 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
         let part = &problem.parts[p];
         for run in &part.runs {
             found.extend(rates::rates(part, run));
-            found.extend(stands_still(run));
+            found.extend(stamps::stamps(run));
         }
         found.extend(rates::missing_rates(part));
         found.extend(unread(part));
@@ -43,19 +43,6 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
         found.extend(mistakes::mistakes(problem, p, &start));
     }
     found
-}
-
-/// A run in which something moves and time stands still.
-fn stands_still(run: &Run) -> Option<Diagnostic> {
-    if !run.record.inputs().iter().any(Track::moves) {
-        return None;
-    }
-    let [first, last] = run.record.ends(|samples| &samples.time)?;
-    let stands = run.record.len() > 1 && first == last;
-    let words =
-        format!("run `{}` has the same time in all its {} rows", run.name, run.record.len());
-    let help = "what a clock does, and how fast anything moves, cannot be told there: is it the right column?";
-    stands.then(|| Diagnostic::warning(words).help(help))
 }
 
 /// Measurands that a run does not read, though it reads others and other runs read them.

@@ -140,6 +140,14 @@ fn a_run_in_which_time_stands_still_is_warned_of() {
         told.join("\n")
     };
     assert!(!said(&problem).contains("same time"), "{}", said(&problem));
+    problem.parts[0].runs[1].record.edit(|samples| {
+        let half = samples.time.len() / 2;
+        samples.time[..half].fill(3.0);
+        samples.time[half..].fill(4.0);
+    });
+    let rounded = said(&problem);
+    assert!(rounded.contains("run `cw` has 2 times in its"), "{rounded}");
+    assert!(rounded.contains("its stamps are rounded"), "{rounded}");
     problem.parts[0].runs[1].record.edit(|samples| samples.time.fill(3.0));
     assert!(said(&problem).contains("run `cw` has the same time in all its"), "{}", said(&problem));
 }

@@ -283,6 +283,20 @@ fn columns_without_names_are_not_alike_by_their_numbers_and_bad_rows_are_told() 
     assert!(begun.campaign.contains(note), "{}", begun.campaign);
 }
 
+/// A text below the rows stands for no reading that is missing.
+#[test]
+fn rows_of_text_are_no_missing_readings() {
+    let slow = table("0.0 1 5", 0.1, |t| format!("{:.1} {:.4} {:.4}", t + 0.1, t.sin(), t.cos()));
+    let fast = table("0.0 3 4", 0.01, |t| format!("{:.2} {:.4} 4", t + 0.01, t.cos()));
+    let fast = fast + "end of log\nfile was closed\n";
+    let folder = Folder::new("begin", &[("slow.txt", slow.as_str()), ("fast.txt", fast.as_str())]);
+    let logs = ["slow.txt", "fast.txt"].map(|name| (folder.join(name), PathBuf::from(name)));
+    let notes = begin(&logs, None, &library()).unwrap().notes;
+    let [note] = &notes[..] else { panic!("{notes:?}") };
+    assert!(note.contains("`fast.txt`: 2 rows have no number at all, but text"), "{note}");
+    assert!(note.contains("--skip-bad-rows") && !note.contains("missing ="), "{note}");
+}
+
 #[test]
 fn what_cannot_be_begun_says_why() {
     let still = "time [s],x [m]\n0,1\n1,1\n2,1\n".to_owned();

@@ -143,6 +143,14 @@ fn a_date_and_a_time_of_day_of_two_columns_are_one_stamp() {
     assert_eq!(found.zero as f64 + found.runs[0].held().time[0], MARCH_7 + 7.0 * 3600.0);
 }
 
+#[test]
+fn a_day_that_the_calendar_does_not_have_is_no_date() {
+    for cell in ["31.02.2025 10:00:01", "2025-02-30 10:00:01"] {
+        let fault = stamps("\"data.csv\"", &["28.02.2025 10:00:00", cell]).unwrap_err();
+        assert!(fault.contains("there is no such date"), "{cell}: {fault}");
+    }
+}
+
 /// A count at a known rate: its unit is the time from one to the next.
 #[test]
 fn a_count_at_a_known_rate_is_a_stamp() {

@@ -132,6 +132,62 @@ fn a_clock_that_was_set_and_a_counter_that_wraps_are_one_error_with_the_row() {
     }
 }
 
+/// Rows that were written twice are no readings of another moment: none of them is to be kept.
+#[test]
+fn rows_that_were_written_twice_are_named_with_those_that_they_repeat() {
+    let straight = rows("time [s],q [m]", 0..400);
+    let pasted = || (0..140).chain(100..140).chain(140..400);
+    let whole = || (0..400).chain(0..400);
+    let of_data = |numbers: Box<dyn Iterator<Item = usize>>| {
+        load(CAMPAIGN, &rows("time [s],x [m]", numbers), &straight, false).unwrap_err()
+    };
+    let faults = of_data(Box::new(pasted()));
+    let words = "rows 142 to 181 repeat rows 102 to 141, stamps and values";
+    assert!(faults.to_string().contains(words), "{faults}");
+    assert_eq!((faults.0.len(), faults.0[0].place.as_ref().unwrap().line), (1, 142));
+    assert!(faults.0[0].help[0].contains("delete rows 142 to 181"), "{faults}");
+    let faults = of_data(Box::new(whole()));
+    assert!(faults.to_string().contains("rows 402 to 801 repeat rows 2 to 401"), "{faults}");
+    let stream = rows("time [s],q [m]", pasted());
+    let faults = load(CAMPAIGN, &rows("time [s],x [m]", 0..400), &stream, false).unwrap_err();
+    assert!(faults.to_string().contains(words), "{faults}");
+}
+
+#[test]
+fn a_sign_alone_and_a_file_without_rows_say_what_to_write() {
+    let stream = rows("time [s],q [m]", 0..400);
+    let campaign = CAMPAIGN.replace(
+        "\"data.csv\"",
+        "{ file = \"data.csv\", columns = { x = { column = \"Ist\", unit = \"m\" } } }",
+    );
+    let said = |data: &str| load(&campaign, data, &stream, false).unwrap_err().0.remove(0);
+    let fault = said("time [s],Ist\n1,+\n2,1\n");
+    assert!(fault.help[0].contains("1 for `+` and -1 for `-`"), "{fault:?}");
+    let fault = said("Report;\nPart;A\ntime [s];Ist\n");
+    assert!(fault.help.iter().any(|help| help.contains("no row of the file holds a number")));
+    let fault = said("% time,Ist\n");
+    assert!(fault.message.contains("all of its lines are comments"), "{fault:?}");
+}
+
+/// A column that is there without a number in it is no column that is not there.
+#[test]
+fn a_column_without_readings_is_warned_of() {
+    let model = MODEL.to_owned() + "y = { value = 'q - c', unit = \"m\", sigma = \"1 mm\" }\n";
+    let data: String = (0..300).map(|n| format!("{:.2},{n},nan\n", 0.01 * f64::from(n))).collect();
+    let campaign = CAMPAIGN.replace("\"data.csv\"", "{ file = \"data.csv\", missing = [\"nan\"] }");
+    let files = [
+        ("line.toml", model.as_str()),
+        ("campaign.toml", campaign.as_str()),
+        ("data.csv", &format!("time [s],x [m],y [m]\n{data}")),
+        ("stream.csv", &rows("time [s],q [m]", 0..400)),
+    ];
+    let folder = Folder::new("empty", &files);
+    let model = Model::parse(Source::new("line.toml", model.as_str())).unwrap();
+    let found = CampaignFile::read(&folder).unwrap().load(&model, &LoadOptions::default()).unwrap();
+    let words = "run `one`: all readings of `y` are missing in `data.csv`";
+    assert!(said(&found).iter().any(|one| one == words), "{:?}", said(&found));
+}
+
 #[test]
 fn one_log_is_data_and_stream_at_once() {
     let log: String = (0..400)

@@ -36,16 +36,21 @@ impl Log {
     }
 
     /// What is to be said of rows that are no numbers.
-    pub(super) fn bad_rows(&self) -> Option<String> {
-        let rows = match self.survey.bad_rows {
-            0 => return None,
-            1 => "1 row has".to_owned(),
-            several => format!("{several} rows have"),
-        };
+    pub(super) fn bad_rows(&self) -> Vec<String> {
         let file = self.survey.path.display();
-        Some(format!(
-            "`{file}`: {rows} cells that are no numbers: say what stands for a missing reading (`missing = [\"nan\"]` beside `file`), or compute with --skip-bad-rows"
-        ))
+        let rows = |count: usize, what: &str| {
+            let rows = if count == 1 { "1 row has" } else { &format!("{count} rows have") };
+            (count > 0).then(|| format!("`{file}`: {rows} {what}"))
+        };
+        let cells = rows(
+            self.survey.bad_rows,
+            "cells that are no numbers: say what stands for a missing reading (`missing = [\"nan\"]` beside `file`), or compute with --skip-bad-rows",
+        );
+        let texts = rows(
+            self.survey.text_rows,
+            "no number at all, but text: compute with --skip-bad-rows, or delete such rows",
+        );
+        cells.into_iter().chain(texts).collect()
     }
 
     /// Its first and last stamp (s).

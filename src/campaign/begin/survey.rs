@@ -92,6 +92,8 @@ pub(super) struct Survey {
     pub(super) format: Option<&'static Format>,
     /// Rows with a cell that is no number, in a column of numbers, or with too few cells.
     pub(super) bad_rows: usize,
+    /// Rows without any number in these columns: a text among the rows.
+    pub(super) text_rows: usize,
     /// Whether there are more rows than were looked at.
     pub(super) is_cut: bool,
 }
@@ -175,10 +177,21 @@ impl Survey {
         }
         let is_cut = lines.next().map_err(unreadable)?.is_some();
         let of_numbers: Vec<bool> = columns.iter().map(Surveyed::is_of_numbers).collect();
-        let bad_rows = words.iter().filter(|row| row.iter().any(|at| of_numbers[*at])).count();
+        let is_bad = |(row, words): &(usize, &Vec<usize>)| {
+            let of_text = words.iter().any(|at| of_numbers[*at]);
+            of_text.then_some(*row)
+        };
+        let bad: Vec<usize> = words.iter().enumerate().filter_map(|one| is_bad(&one)).collect();
+        let has_number = |row: usize| {
+            let numbers =
+                columns.iter().zip(&of_numbers).filter(|(_, is_of_numbers)| **is_of_numbers);
+            numbers.into_iter().any(|(column, _)| column.values[row].is_finite())
+        };
+        let text_rows = bad.iter().filter(|row| !has_number(**row)).count();
+        let bad_rows = bad.len() - text_rows;
         let header = header.filter(|_| layout.preamble > 0).map(|header| header.line);
         let path = named.to_owned();
-        Ok(Self { path, columns, header, dates: orders, format, bad_rows, is_cut })
+        Ok(Self { path, columns, header, dates: orders, format, bad_rows, text_rows, is_cut })
     }
 
     /// How many rows were looked at.
