@@ -170,10 +170,10 @@ fn is_convention(source: &Source) -> bool {
 fn model(model: &Model) -> Result<String, Diagnostics> {
     let system = System::build(model, &[], &[], &vec![None; model.inputs.len()])?;
     Ok(format!(
-        "a model of {} measurands, {} parameters, {} nodes{}",
-        model.measurands.len(),
-        system.settings.len(),
-        system.assembly.graph.nodes().len(),
+        "a model of {}, {}, {}{}",
+        counted(model.measurands.len(), "measurand"),
+        counted(system.settings.len(), "parameter"),
+        counted(system.assembly.graph.nodes().len(), "node"),
         without_target(model)
     ))
 }

@@ -146,8 +146,10 @@ fn farthest_words(far: &Farthest) -> String {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
+    let is_one = matches!(rows[..], [(first, last)] if first == last);
+    let word = if is_one { "row" } else { "rows" };
     format!(
-        "the largest residuals are of `{measurand}` in rows {}{more} of run `{run}`",
+        "the largest residuals are of `{measurand}` in {word} {}{more} of run `{run}`",
         listed.join(", ")
     )
 }

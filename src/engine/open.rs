@@ -7,7 +7,7 @@ use crate::campaign::file::CampaignFile;
 use crate::campaign::load::{Campaign, LoadOptions, MEMORY};
 use crate::campaign::recorder::Store;
 use crate::campaign::timing::enter::EFFECT;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, counted};
 use crate::engine::part::Part;
 use crate::engine::problem::Problem;
 use crate::library::Library;
@@ -225,9 +225,12 @@ fn left_out(campaign: &Campaign) -> Vec<Diagnostic> {
         told.push(warning);
     }
     for one in &campaign.left_out {
+        let are = if one.samples == 1 { "is" } else { "are" };
         told.push(Diagnostic::warning(format!(
-            "run `{}`: {} samples are left out: {}",
-            one.run, one.samples, one.why
+            "run `{}`: {} {are} left out: {}",
+            one.run,
+            counted(one.samples, "sample"),
+            one.why
         )));
     }
     told

@@ -8,7 +8,7 @@ use crate::estimate::covariance::of_combination;
 use crate::estimate::observability::{Direction, Kind as Exactness};
 use crate::estimate::withheld::{TRACE, along, sensitivities};
 use crate::graph::Kind;
-use crate::units::Unit;
+use crate::units::{Dimension, Unit};
 
 /// Components with a smaller share of a direction are no good partners: their factor is large.
 const PARTNER: f64 = 0.1;
@@ -90,14 +90,45 @@ pub(super) fn quotient(first: &Unit, other: &Unit) -> String {
     }
     // Without angles the unit follows from the dimensions; an angle has none.
     if !first.has_angle() && !other.has_angle() {
-        return (first.dimension / other.dimension).to_string();
+        let dimension = first.dimension / other.dimension;
+        let is_long = |text: &String| text.contains('(');
+        let whole = dimension.to_string();
+        if !is_long(&whole) {
+            return whole;
+        }
+        let short = |symbol: String, unit: &Unit| match is_long(&symbol) {
+            true => named(unit.dimension).unwrap_or(symbol),
+            false => symbol,
+        };
+        let [of_first, of_other] = [short(of_first, first), short(of_other, other)];
+        let is_clear = !of_first.contains('/') && !is_long(&of_other);
+        let parts = is_clear.then(|| over(of_first, &of_other));
+        return named(dimension).or(parts).unwrap_or(whole);
     }
-    match of_other.contains([' ', '/', '*']) {
-        _ if of_other == "1" => of_first,
-        true => format!("{of_first}/({of_other})"),
-        false => format!("{of_first}/{of_other}"),
+    over(of_first, &of_other)
+}
+
+/// The quotient of two units.
+fn over(first: String, other: &str) -> String {
+    match other.contains([' ', '/', '*']) {
+        _ if other == "1" => first,
+        true => format!("{first}/({other})"),
+        false => format!("{first}/{other}"),
     }
 }
+
+/// The named SI unit of a dimension, or that of which it is the inverse.
+fn named(dimension: Dimension) -> Option<String> {
+    let of = |dimension: Dimension| {
+        let is_of = |unit: &Unit| unit.dimension == dimension;
+        NAMED.into_iter().find(|symbol| Unit::parse(symbol).is_ok_and(|unit| is_of(&unit)))
+    };
+    let inverse = || of(Dimension::NONE / dimension).map(|symbol| over("1".to_owned(), symbol));
+    of(dimension).map(str::to_owned).or_else(inverse)
+}
+
+/// Named units of SI.
+const NAMED: [&str; 7] = ["N", "N m", "W", "Pa", "V", "ohm", "T"];
 
 /// The components that take part in a direction, largest share first.
 fn parts(problem: &Problem, point: &Point, direction: &Direction) -> Vec<Part> {
@@ -156,6 +187,10 @@ mod tests {
             ("mm", "m", "1"),
             ("m", "m/s", "s"),
             ("N", "N/kg", "kg"),
+            ("m/s", "N m/s", "1/N"),
+            ("1", "W", "1/W"),
+            ("K", "W", "K/W"),
+            ("hPa", "m", "Pa/m"),
             ("mm", "1", "m"),
             ("1", "mm", "1/m"),
             ("m", "deg", "m/rad"),

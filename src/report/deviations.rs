@@ -250,7 +250,7 @@ pub fn table(whole: Whole<'_>) -> String {
 pub fn text(title: &str, from: crate::estimate::transformation::From, whole: Whole<'_>) -> String {
     use crate::report::layout::{align_right, drawn, table};
     use crate::report::text::from_words;
-    let mut text = format!("{title}\ntransformation from {}\n\n", from_words(from));
+    let mut text = format!("{title}\ntransformation from {}\n", from_words(from));
     let mut rows = table(&["run", "arm", "frame", "deviation", "mean", "deviation", "from", "to"]);
     for (run, shown) in whole.runs.iter().enumerate() {
         let Ok(found) = &shown.found else { continue };
@@ -274,8 +274,11 @@ pub fn text(title: &str, from: crate::estimate::transformation::From, whole: Who
             }
         }
     }
-    align_right(&mut rows, &[1, 4, 5, 6, 7]);
-    text.push_str(&drawn(&rows));
+    if whole.runs.iter().any(|shown| shown.found.is_ok()) {
+        align_right(&mut rows, &[1, 4, 5, 6, 7]);
+        text.push('\n');
+        text.push_str(&drawn(&rows));
+    }
     for (run, shown) in whole.runs.iter().enumerate() {
         text.push_str(&run_text(whole, run, shown));
     }

@@ -3,6 +3,7 @@
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::global::{misfit, p_value};
 use crate::estimate::noise::Noise;
+use crate::units::decimal;
 
 /// Residuals so many times as large as stated speak of another unit.
 const ANOTHER_UNIT: f64 = 0.1;
@@ -18,8 +19,8 @@ pub fn line(result: &Calibration) -> String {
     let degrees = result.degrees_of_freedom();
     let degree = if degrees == 1 { "degree" } else { "degrees" };
     format!(
-        "global test: chi squared {:.1}, {degrees} {degree} of freedom, {shown} (two-sided)\n",
-        result.fit.cost
+        "global test: chi squared {}, {degrees} {degree} of freedom, {shown} (two-sided)\n",
+        decimal(result.fit.cost, 1)
     )
 }
 
@@ -31,7 +32,8 @@ pub fn verdict(result: &Calibration) -> String {
     };
     if ratio > 1.0 {
         format!(
-            "\nThe residuals are {ratio:.2} times as large as stated: the uncertainties do not hold. `homepoint diagnose` looks for the cause.\n"
+            "\nThe residuals are {} times as large as stated: the uncertainties do not hold. `homepoint diagnose` looks for the cause.\n",
+            decimal(ratio, 2)
         )
     } else if ratio < ANOTHER_UNIT {
         format!(

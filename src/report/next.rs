@@ -1,5 +1,7 @@
 //! What to do after a diagnosis: the command that goes on from it, or what is to be set right before.
 
+use std::collections::HashSet;
+
 use crate::campaign::declared::RunEntry;
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Remainder, Row};
@@ -72,6 +74,9 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
         let is_autocorrelated =
             !diagnosis.autocorrelation.is_empty() && !diagnosis.verdict.has_remainder();
         let noise = is_autocorrelated.then(|| "--noise autocorrelated".to_owned());
+        let mut members: Vec<String> = members.collect();
+        let mut seen = HashSet::new();
+        members.retain(|member| seen.insert(member.clone()));
         let options: Vec<String> = asked
             .options
             .iter()
@@ -109,7 +114,11 @@ fn members(diagnosis: &Diagnosis, row: &Row, asked: &Asked<'_>) -> Vec<String> {
         let size = figure::exact(*value, &family_unit(diagnosis, &row.name, family));
         (format!("--set {effect}.{family}="), size)
     });
-    let is_stated = |option: &str| asked.options.iter().any(|one| one.starts_with(option));
+    // What a shell would read is in quotation marks.
+    let is_stated = |option: &str| {
+        let stated = asked.options.iter().map(|one| one.replace('\'', ""));
+        stated.into_iter().any(|one| one.starts_with(option))
+    };
     let open = each.filter(|(option, _)| !is_stated(option));
     open.map(|(option, size)| format!("{option}\"{size}\"")).collect()
 }

@@ -11,8 +11,10 @@ pub(crate) fn refused(one: &Refused) -> String {
             let names: Vec<String> = effects.iter().map(|name| format!("`{name}`")).collect();
             let it = if names.len() == 1 { "it" } else { "them" };
             format!(
-                "with {} the fit is worse than without {it} (chi squared {with:.1} against {without:.1}), which no solution is, and from the solution without {it} it finds no better one. State a `start`, or leave {it} out.",
-                names.join(", ")
+                "with {} the fit is worse than without {it} (chi squared {} against {}), which no solution is, and from the solution without {it} it finds no better one. State a `start`, or leave {it} out.",
+                names.join(", "),
+                decimal(*with, 1),
+                decimal(*without, 1)
             )
         }
         Refused::OutsideRange { delay, value, range } => format!(
