@@ -212,13 +212,12 @@ impl Diagnose {
             judge(&mut found, held_out, &Options::default())
                 .map_err(|error| Failure::Could(error.to_string()))?;
         }
-        let factor = found.variance_factor();
         let is_bad = found.verdict.has_remainder() || !found.verdict.is_made();
         // What spoils a run, or a stated value, may be how numbers are read.
         let is_spoilt = !found.left_out.runs.is_empty() || found.set_free.is_some();
-        let is_suspicious = (is_bad && factor > BAD) || is_spoilt;
-        let fitted = &found.nominal.fit.point;
-        let mistaken = if is_suspicious { suspicion.mistaken(&as_loaded, fitted) } else { None };
+        let is_suspicious = (is_bad && found.variance_factor() > BAD) || is_spoilt;
+        let mistaken = || suspicion.mistaken(&as_loaded, &found.nominal.fit.point);
+        let mistaken = is_suspicious.then(mistaken).flatten();
         let found = found.with_mistaken(mistaken);
         let runs = load::runs(&loaded.campaigns);
         if !self.common.quiet {

@@ -152,6 +152,10 @@ pub struct Lost {
     pub rows: (usize, usize),
     /// The readings of sample `i` belong to sample `i + periods`.
     pub periods: isize,
+    /// The same as a time (s), by the mean interval of the samples.
+    pub seconds: f64,
+    /// Whether the whole run is so: its clock is off.
+    pub is_whole_run: bool,
     /// Logarithm of the probability of such a finding by chance.
     pub ln_p: f64,
 }

@@ -225,6 +225,8 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
             "first_row": one.rows.0,
             "last_row": one.rows.1,
             "periods": one.periods,
+            "seconds": number(Some(one.seconds)),
+            "whole_run": one.is_whole_run,
             "ln_p": number(Some(one.ln_p)),
         })
     });

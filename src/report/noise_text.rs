@@ -73,6 +73,14 @@ fn level(one: &Level, is_autocorrelated: bool) -> String {
     format!("{measurand}{run}{} {factor}{hint}", in_campaign(of.as_deref()))
 }
 
+/// Times are shown to this part of their size.
+const DIGITS: f64 = 1e-2;
+
+/// ``row 7`` or ``rows 7 to 9``.
+fn rows(first: usize, last: usize) -> String {
+    if first == last { format!("row {first}") } else { format!("rows {first} to {last}") }
+}
+
 /// In which campaign, where there are several.
 fn in_campaign(of: Option<&str>) -> String {
     of.map_or_else(String::new, |of| format!(" in campaign `{of}`"))
@@ -82,11 +90,19 @@ fn in_campaign(of: Option<&str>) -> String {
 fn left_out(diagnosis: &Diagnosis, found: &LeftOut) -> String {
     let mut text = String::new();
     for one in &found.lost {
-        let (Lost { name, rows: (first, last), periods, .. }, side) =
-            (one, if one.periods > 0 { "later" } else { "earlier" });
+        let Lost { name, periods, .. } = one;
+        let side = if *periods > 0 { "later" } else { "earlier" };
         let plural = if periods.abs() == 1 { "" } else { "s" };
+        let time =
+            figure::value(one.seconds.abs(), Some(DIGITS * one.seconds.abs()), &Unit::second());
+        let clock = match one.is_whole_run {
+            true if *periods > 0 => format!("; over the whole run its clock is {time} behind"),
+            true => format!("; over the whole run its clock is {time} ahead"),
+            false => String::new(),
+        };
         text.push_str(&format!(
-            "Readings in rows {first} to {last} of run `{name}` are those of samples {} row{plural} {side}; they are left out.\n",
+            "Readings in {} of run `{name}` are those of samples {} row{plural} ({time}) {side}{clock}; they are left out.\n",
+            rows(one.rows.0, one.rows.1),
             periods.abs()
         ));
     }
@@ -251,7 +267,8 @@ fn stretches_left_out(left_out: &LeftOut) -> String {
         };
         let measurands = measurands.join(" and ");
         text.push_str(&format!(
-            "\n  {measurands} in rows {first} to {last} of run `{run}`: {what}"
+            "\n  {measurands} in {} of run `{run}`: {what}",
+            rows(*first, *last)
         ));
     }
     text.push_str(if of_rows.len() > shown { "\n  ... all with `--format json`\n" } else { "\n" });

@@ -3,6 +3,8 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{FAR_BEYOND_STATED, Remainder, Verdict};
 use crate::diagnose::gap::Gap;
+use crate::report::figure;
+use crate::report::text::{residual_unit, unit_of};
 use crate::units::decimal;
 
 /// The sentence, and one more where held-out readings say otherwise.
@@ -25,6 +27,7 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
         count => format!("{free}{count} effects close"),
     };
     let closed = closed(diagnosis);
+    let still = still(diagnosis);
     match diagnosis.verdict {
         Verdict::Adequate if diagnosis.nominal.degrees_of_freedom() <= 0 => {
             "Adequate, but nothing is tested: there are no more readings than parameters."
@@ -55,12 +58,12 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
         }
         Verdict::Explained => {
             format!(
-                "Explained: {rows} {closed} of the gap on held-out readings; the residuals are consistent with {}.",
+                "Explained: {rows} {closed} of the gap on held-out readings{still}; the residuals are consistent with {}.",
                 noise(diagnosis)
             )
         }
         Verdict::PartlyExplained => format!(
-            "Partly explained: {rows} {closed} of the gap on held-out readings; {}.",
+            "Partly explained: {rows} {closed} of the gap on held-out readings{still}; {}.",
             looks(&diagnosis.remainder, "the remainder")
         ),
         Verdict::Unknown if diagnosis.is_misread() => {
@@ -92,6 +95,27 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
 fn closed(diagnosis: &Diagnosis) -> String {
     let closed = diagnosis.gap.as_ref().map(|gap| gap.closed);
     closed.map_or_else(|| "a part".to_owned(), |part| format!("{:.0} %", 100.0 * part))
+}
+
+/// The rms of residuals is still large where it exceeds that of noise so many times.
+const STILL: f64 = 2.0;
+
+/// That the rms of a measurand is still large: the part of the gap that is closed is one of held-out readings.
+fn still(diagnosis: &Diagnosis) -> String {
+    let Some(gap) = &diagnosis.gap else { return String::new() };
+    let times = gap.after.iter().filter_map(|(name, after)| {
+        let (_, floor) = gap.floor.iter().find(|(other, _)| other == name)?;
+        Some((name, *after, after / floor))
+    });
+    let largest = times.filter(|one| one.2.is_finite()).max_by(|a, b| a.2.total_cmp(&b.2));
+    largest.filter(|one| one.2 > STILL).map_or_else(String::new, |(name, after, times)| {
+        let unit = residual_unit(after, &unit_of(&diagnosis.nominal, name));
+        format!(
+            ", but the rms of `{name}` is still {}, {} times that of noise",
+            figure::size(after, &unit),
+            decimal(times, 1)
+        )
+    })
 }
 
 /// So many parts of the remainder, of which the largest is no larger a part, are of one cause that has

@@ -140,7 +140,20 @@ fn find(problem: &Problem, point: &Point, sound: &[Residuals]) -> Elsewhere {
                 if !is_between && periods != 0 && shifted.is_whole(periods, &samples) {
                     let rows = (run.record.row(samples.start), run.record.row(samples.end - 1));
                     let name = part.run_name(r);
-                    found.lost.push(Lost { part: p, run: r, name, samples, rows, periods, ln_p });
+                    let mean = run.record.ends(|samples| &samples.time).map(|[first, last]| {
+                        (last - first) / run.record.len().saturating_sub(1).max(1) as f64
+                    });
+                    found.lost.push(Lost {
+                        part: p,
+                        run: r,
+                        name,
+                        rows,
+                        periods,
+                        seconds: mean.unwrap_or(0.0) * periods as f64,
+                        is_whole_run: samples.len() + periods.unsigned_abs() >= run.record.len(),
+                        samples,
+                        ln_p,
+                    });
                 } else if let Some(nearest) = nearest {
                     let seconds = shifted.seconds(nearest);
                     found.jumps.push(Jump { part: p, run: r, samples, seconds });
