@@ -193,10 +193,9 @@ fn delays_by_run(diagnosis: &Diagnosis) -> String {
 fn relaxed(row: &Row) -> Option<String> {
     let name = &row.name;
     Some(match row.variant? {
-        form @ (Variant::EachSetup | Variant::EachRun) => {
-            let scope = if form == Variant::EachRun { "run" } else { "setup" };
+        Variant::EachSetup => {
             format!(
-                "      with scope = \"{scope}\" for the parameters of `{name}`, in [parameters]\n"
+                "      with scope = \"setup\" for the parameters of `{name}`, in [parameters]\n"
             )
         }
         Variant::EachAngle => format!(

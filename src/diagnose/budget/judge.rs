@@ -169,14 +169,9 @@ impl Selection<'_> {
             // Of many rows one differs by chance.
             let least = APART + (rows.len().max(1) as f64).ln();
             for (row, at) in rows.iter().enumerate() {
-                // Angles are no test of a cause that cannot have values for each, and runs may differ in
-                // what remains.
+                // Angles are no test of a cause that cannot have values for each.
                 let is_of_angles = self.terms[model[*at]].variants.contains(&Variant::EachAngle);
-                let wanted = |label: &Label| match label {
-                    Label::Angle => is_of_angles,
-                    Label::Run => false,
-                    _ => true,
-                };
+                let wanted = |label: &Label| *label != Label::Angle || is_of_angles;
                 if let Some((label, ln_bayes, gain)) =
                     self.separate_values(model, *at, pieces, wanted)
                     && ln_bayes >= least
@@ -195,9 +190,9 @@ impl Selection<'_> {
             let one = |row: usize| {
                 let at = rows[row];
                 let gain = gains[at].gain;
-                // Values of setups or runs follow many forms that the library lacks.
+                // Values of setups follow many forms that the library lacks.
                 let own = &self.terms[model[at]];
-                let margin = if own.variant.is_some_and(Variant::is_of_groups_of_runs) {
+                let margin = if own.variant == Some(Variant::EachSetup) {
                     // Those of a cause that a user suspects are no less probable than forms.
                     if own.is_own { 0.0 } else { RELAXED_MARGIN }
                 } else if gain < SMALL_ROW * rest_of(at) {

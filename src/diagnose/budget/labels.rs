@@ -1,5 +1,5 @@
 //! Groups of readings in which a row may have values of its own: what a campaign varies on purpose
-//! (setups, few runs, the rate and the sense of each signal), and its measurands.
+//! (setups, the rate and the sense of each signal), and its measurands.
 
 use indexmap::IndexMap;
 
@@ -13,8 +13,6 @@ use crate::graph::names::Input;
 pub enum Label {
     /// Setups.
     Setup,
-    /// Runs, where there are few, and not each has a setup of its own.
-    Run,
     /// Angles that an effect acts on.
     Angle,
     /// The sense of a signal.
@@ -28,7 +26,6 @@ impl Label {
     pub fn words(&self) -> String {
         match self {
             Self::Setup => "setup".to_owned(),
-            Self::Run => "run".to_owned(),
             Self::Angle => "angle".to_owned(),
             Self::Sense(signal) => format!("sense of {signal}"),
             Self::Rate(signal) => format!("rate of {signal}"),
@@ -39,15 +36,12 @@ impl Label {
     pub fn variant(&self) -> Option<Variant> {
         match self {
             Self::Setup => Some(Variant::EachSetup),
-            Self::Run => Some(Variant::EachRun),
             Self::Angle => Some(Variant::EachAngle),
             Self::Sense(_) | Self::Rate(_) => None,
         }
     }
 }
 
-/// Runs that may each have a value of their own at most.
-const FEW_RUNS: usize = 6;
 /// Relative difference of mean rates within one group.
 const SAME_RATE: f64 = 0.05;
 /// Samples of a run that its mean rates are found from.
@@ -108,10 +102,6 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
         Grouping { label: Label::Setup, groups: groups(&setups, |a, b| a == b) },
         Grouping { label: Label::Angle, groups: groups(&names, |a, b| a == b) },
     ];
-    let of_setups = labels[0].count();
-    if (of_setups + 1..=FEW_RUNS).contains(&setups.len()) {
-        labels.push(Grouping { label: Label::Run, groups: (0..setups.len()).collect() });
-    }
     for (name, rates) in rates {
         let most = rates.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
         let sense: Vec<i8> = rates

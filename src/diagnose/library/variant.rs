@@ -1,7 +1,7 @@
-//! Relaxed forms of effects: a value for each angle, setup or run where the library has one for all.
+//! Relaxed forms of effects: a value for each angle or setup where the library has one for all.
 //!
-//! It says which forms there are. Whether one is needed the search finds out; a value for each run only
-//! where there are few: many values follow slow noise and random walks.
+//! It says which forms there are. Whether one is needed the search finds out. A value for each run is
+//! no form: so many values follow slow noise and random walks.
 
 use std::sync::Arc;
 
@@ -17,20 +17,17 @@ pub enum Variant {
     EachAngle,
     /// A value for each setup.
     EachSetup,
-    /// A value for each run.
-    EachRun,
 }
 
 impl Variant {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::EachAngle, Self::EachSetup, Self::EachRun];
+    pub const ALL: [Self; 2] = [Self::EachAngle, Self::EachSetup];
 
     /// Its key.
     pub fn word(self) -> &'static str {
         match self {
             Self::EachAngle => "each_angle",
             Self::EachSetup => "each_setup",
-            Self::EachRun => "each_run",
         }
     }
 
@@ -39,13 +36,7 @@ impl Variant {
         match self {
             Self::EachAngle => "a value for each angle",
             Self::EachSetup => "a value for each setup",
-            Self::EachRun => "a value for each run",
         }
-    }
-
-    /// Whether it has a value for each of some groups of runs.
-    pub fn is_of_groups_of_runs(self) -> bool {
-        matches!(self, Self::EachSetup | Self::EachRun)
     }
 
     /// Those that an effect may take.
@@ -76,9 +67,6 @@ impl Variant {
                 }
                 (Self::EachSetup, Scope::Rig | Scope::Instrument) if is_value => {
                     setting.scope = Scope::Setup;
-                }
-                (Self::EachRun, Scope::Rig | Scope::Instrument | Scope::Setup) if is_value => {
-                    setting.scope = Scope::Run;
                 }
                 _ => continue,
             }
