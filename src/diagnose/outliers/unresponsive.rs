@@ -2,7 +2,8 @@
 //! as a tube that is clogged or a contact that is lost, its reading still but for noise and leakage.
 //!
 //! Frozen readings repeat bit for bit; these have noise of their own. In windows of a run in which the
-//! prediction varies far more than residuals do elsewhere, they vary by little, and not with it. A few
+//! prediction varies far more than residuals do elsewhere, they vary by little, and not with it. Trimmed
+//! moments decide: an outlier, as of a mistyped input, is no variation of the prediction. A few
 //! long stretches of a run are wrong readings; what stands still at a place of an input, as with a dead
 //! zone or at a limit, is structure.
 
@@ -22,6 +23,8 @@ use super::places::comes_back;
 /// Windows are one in so many parts of a run, but of so many readings.
 const PARTS: usize = 20;
 const WINDOW: std::ops::RangeInclusive<usize> = 24..=400;
+/// One in so many samples of a window is trimmed: those with the largest residuals.
+const TRIMMED: usize = 10;
 /// Slope of readings over predictions, and their scatter in parts of that of predictions, up to which
 /// they do not follow.
 const SLOPE: f64 = 0.3;
@@ -94,7 +97,7 @@ fn stretches(own: &Residuals, run: usize, readings: &[f64]) -> Vec<Range<usize>>
     if are_few { found } else { Vec::new() }
 }
 
-/// Standard deviations within a window, and the slope of readings over predictions.
+/// Standard deviations within a window, trimmed, and the slope of readings over predictions.
 struct Window {
     reading: f64,
     prediction: f64,
@@ -104,6 +107,7 @@ struct Window {
 
 impl Window {
     fn of(samples: &[(usize, f64, f64)]) -> Self {
+        let samples = &trimmed(samples);
         let count = samples.len() as f64;
         let mean = |of: fn(&(usize, f64, f64)) -> f64| samples.iter().map(of).sum::<f64>() / count;
         let (reading, prediction) = (mean(|one| one.1), mean(|one| one.2));
@@ -121,6 +125,18 @@ impl Window {
             && self.reading < STILL * self.prediction
             && self.residual > UNUSUAL * usual
     }
+}
+
+/// Samples without the `TRIMMED` part whose residuals are the farthest from their median.
+fn trimmed(samples: &[(usize, f64, f64)]) -> Vec<(usize, f64, f64)> {
+    let residual = |one: &(usize, f64, f64)| one.1 - one.2;
+    let mut residuals: Vec<f64> = samples.iter().map(residual).collect();
+    let middle = upper_median(&mut residuals).unwrap_or(0.0);
+    let distance = |one: &(usize, f64, f64)| (residual(one) - middle).abs();
+    let mut left = samples.to_vec();
+    left.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    left.truncate(samples.len() - samples.len() / TRIMMED);
+    left
 }
 
 /// A stretch with its ends where readings leave the line through its middle half for the prediction, with
@@ -187,6 +203,21 @@ mod tests {
             false => path,
         };
         assert_eq!(found(leaking).len(), 1);
+    }
+
+    #[test]
+    fn outliers_of_the_prediction_are_no_variation_of_it() {
+        // The readings are good; inputs were mistyped, alone or close together.
+        for spikes in [vec![900], vec![900, 907], vec![300, 301, 1500]] {
+            let mut random = Stream(7);
+            let path = |at: usize| (0.03 * at as f64).sin();
+            let noise: Vec<f64> = (0..2000).map(|_| 0.05 * random.normal()).collect();
+            let readings: Vec<f64> = (0..2000).map(|at| path(at) + noise[at]).collect();
+            let mut residuals = noise;
+            spikes.iter().for_each(|at| residuals[*at] += 40.0);
+            let own = Residuals::new((0, 0), vec![Arc::new(residuals)]);
+            assert!(stretches(&own, 0, &readings).is_empty(), "{spikes:?}");
+        }
     }
 
     #[test]
