@@ -102,6 +102,7 @@ pub mod overstated;
 pub mod planned;
 pub mod redundancy;
 pub mod refit;
+pub mod refused;
 pub mod remedies;
 pub mod repeatability;
 pub(crate) mod repeats;

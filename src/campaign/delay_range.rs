@@ -9,18 +9,12 @@ use crate::units::Unit;
 pub const USUAL: [f64; 2] = [-0.5, 0.5];
 
 /// Ranges of delays (s): the least and the greatest.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DelayRange {
-    /// That of all delays that are not named.
-    pub usual: [f64; 2],
+    /// That of all delays that are not named; `None` where none is stated.
+    usual: Option<[f64; 2]>,
     /// Those of delays by their names.
-    pub named: Vec<(Named, [f64; 2])>,
-}
-
-impl Default for DelayRange {
-    fn default() -> Self {
-        Self { usual: USUAL, named: Vec::new() }
-    }
+    named: Vec<(Named, [f64; 2])>,
 }
 
 const EXAMPLE: &str = "delay_range = \"2 s\", or [\"-8 s\", \"-4 s\"], or { camera = \"2 s\" }";
@@ -28,13 +22,29 @@ const EXAMPLE: &str = "delay_range = \"2 s\", or [\"-8 s\", \"-4 s\"], or { came
 impl DelayRange {
     /// As far to either side.
     pub fn even(width: f64) -> Self {
-        Self { usual: [-width, width], named: Vec::new() }
+        Self { usual: Some([-width, width]), named: Vec::new() }
+    }
+
+    /// Whether one is stated, whatever its value.
+    pub fn is_stated(&self) -> bool {
+        self.usual.is_some() || !self.named.is_empty()
+    }
+
+    /// The range that is stated of a delay, by its name.
+    pub fn stated(&self, delay: &str) -> Option<[f64; 2]> {
+        let own = self.named.iter().find(|(name, _)| bare(&name.text) == bare(delay));
+        own.map(|(_, range)| *range).or(self.usual)
+    }
+
+    /// The range of a delay, by its name: the default where none is stated.
+    pub fn of_delay(&self, delay: &str) -> [f64; 2] {
+        self.stated(delay).unwrap_or(USUAL)
     }
 
     /// Reads it: a width, a pair, or a table of them by the names of delays.
     pub(crate) fn read(reader: &mut Reader, item: &Item) -> Option<Self> {
         let Value::Table(entries) = &item.value else {
-            return range(reader, item).map(|usual| Self { usual, named: Vec::new() });
+            return range(reader, item).map(|usual| Self { usual: Some(usual), named: Vec::new() });
         };
         let mut found = Self::default();
         for entry in entries {
@@ -55,26 +65,21 @@ impl DelayRange {
             group.map_or(measurand.to_owned(), |group| group.name.clone())
         };
         let delays: Vec<String> = model.measurands.iter().map(|one| delay(&one.name)).collect();
-        let bare = |name: &Named| name.text.trim_end_matches(".delay").to_owned();
         for (name, _) in &self.named {
-            if !delays.contains(&bare(name)) {
+            if !delays.iter().any(|delay| delay == bare(&name.text)) {
                 let mut known: Vec<&str> = delays.iter().map(String::as_str).collect();
                 known.dedup();
                 reader.unknown(name.span, "delay", &name.text, &known);
             }
         }
-        let range = |delay: &String| {
-            let named = self.named.iter().find(|(name, _)| bare(name) == *delay);
-            named.map_or(self.usual, |(_, range)| *range)
-        };
-        delays.iter().map(range).collect()
+        delays.iter().map(|delay| self.of_delay(delay)).collect()
     }
 
     /// What holds all ranges.
     pub fn hull(&self) -> [f64; 2] {
-        self.named
-            .iter()
-            .fold(self.usual, |[low, high], (_, range)| [low.min(range[0]), high.max(range[1])])
+        self.named.iter().fold(self.usual.unwrap_or(USUAL), |[low, high], (_, range)| {
+            [low.min(range[0]), high.max(range[1])]
+        })
     }
 
     /// As it stands in a campaign; `quoted` writes a text.
@@ -86,13 +91,18 @@ impl DelayRange {
             }
         };
         if self.named.is_empty() {
-            return range(&self.usual);
+            return range(&self.usual.unwrap_or(USUAL));
         }
         let named = self.named.iter();
         let words: Vec<String> =
             named.map(|(name, own)| format!("{} = {}", quoted(&name.text), range(own))).collect();
         format!("{{ {} }}", words.join(", "))
     }
+}
+
+/// The name of a delay without its ending.
+fn bare(name: &str) -> &str {
+    name.trim_end_matches(".delay")
 }
 
 /// A range in words, as that within which a stream must be there.

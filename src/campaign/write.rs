@@ -168,7 +168,9 @@ pub fn write_campaign_toml(
         let names: Vec<_> = campaign.effects.iter().map(|effect| quoted(&effect.text)).collect();
         line(format!("effects = [{}]", names.join(", ")));
     }
-    line(format!("delay_range = {}", campaign.delay_range.written(quoted)));
+    if campaign.delay_range.is_stated() {
+        line(format!("delay_range = {}", campaign.delay_range.written(quoted)));
+    }
     let timing = campaign.timing.as_ref().map(|timing| &timing.written);
     for (head, table) in [("metadata", Some(&campaign.metadata)), ("timing", timing)] {
         if let Some(serde_json::Value::Object(entries)) = table

@@ -8,6 +8,7 @@ use crate::estimate::calibrate::Calibration;
 use crate::estimate::farthest::{Farthest, farthest};
 use crate::estimate::global::misfit;
 use crate::estimate::overstated::{Overstated, overstated};
+use crate::estimate::refused::{Outside, outside_streams};
 use crate::estimate::unrecorded::{Unrecorded, unrecorded};
 use crate::report::figure;
 use crate::report::text::{residual_unit, unit_of};
@@ -28,6 +29,10 @@ pub(super) fn tell(fit: &Calibration, quiet: bool) {
     }
     render::all(&spoilt(fit).into_iter().collect::<Vec<_>>());
     render::all(&overstated(fit).iter().map(|one| small(fit, one)).collect::<Vec<_>>());
+    if fit.is_sound() {
+        let outside = outside_streams(&fit.problem, &fit.fit.point);
+        render::all(&outside.iter().map(extrapolated).collect::<Vec<_>>());
+    }
     render::all(&delays_that_differ(fit).iter().map(differing).collect::<Vec<_>>());
     tell_of_logs(fit);
 }
@@ -56,6 +61,18 @@ fn differing(one: &Differing) -> Diagnostic {
     );
     let help =
         format!("give it a value for each run in [parameters]: \"{name}\" = {{ scope = \"run\" }}");
+    Diagnostic::warning(message).help(help)
+}
+
+/// A delay at which some readings lie outside their streams.
+fn extrapolated(one: &Outside) -> Diagnostic {
+    let Outside { delay, of, value, counts: [outside, all] } = one;
+    let of = of.as_ref().map_or_else(String::new, |of| format!(" of `{of}`"));
+    let message = format!(
+        "at `{delay}`{of} = {} s {outside} of {all} readings lie outside their streams, which are extrapolated there",
+        decimal(*value, 3)
+    );
+    let help = "state a `delay_range` that holds this delay: such readings are then left out";
     Diagnostic::warning(message).help(help)
 }
 

@@ -179,7 +179,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         part.instrument.clone_from(&campaign.instrument);
         part.rig.clone_from(&campaign.rig);
         part.output.clone_from(&campaign.output);
-        part.delay_range = campaign.delay_range.hull();
+        part.delay_range.clone_from(&campaign.delay_range);
         part.zero = campaign.zero;
         part.head_units.clone_from(&campaign.head_units);
         let left = |spread: &InputSpread| spread.calibration.map_or(0.0, |spread| spread.sigma);

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::campaign::delay_range::USUAL;
+use crate::campaign::delay_range::DelayRange;
 use crate::campaign::{Run, Sample, Track};
 use crate::engine::found_starts::FoundStart;
 use crate::engine::gauss_markov::GaussMarkov;
@@ -44,8 +44,8 @@ pub struct Part {
     pub random_sigma: Vec<f64>,
     /// Units in which people read its values, where stated.
     pub output: DisplayUnits,
-    /// Farthest delay looked for (s).
-    pub delay_range: [f64; 2],
+    /// Between which delays readings may lie.
+    pub delay_range: DelayRange,
     /// Starts that a search found.
     pub found_starts: Vec<FoundStart>,
     /// From when the times of samples count (s).
@@ -139,7 +139,7 @@ impl Part {
             run_levels: Vec::new(),
             smoothing_sigma: Vec::new(),
             output: DisplayUnits::default(),
-            delay_range: USUAL,
+            delay_range: DelayRange::default(),
             found_starts: Vec::new(),
             zero: 0,
             head_units: Vec::new(),
@@ -173,7 +173,7 @@ impl Part {
         made.output.clone_from(&self.output);
         made.instrument.clone_from(&self.instrument);
         made.rig.clone_from(&self.rig);
-        made.delay_range = self.delay_range;
+        made.delay_range.clone_from(&self.delay_range);
         made.found_starts.clone_from(&self.found_starts);
         made.zero = self.zero;
         made.head_units.clone_from(&self.head_units);

@@ -2,13 +2,13 @@
 
 use nalgebra::DMatrix;
 
-use crate::campaign::delay_range::USUAL;
 use crate::engine::{Point, Problem};
 use crate::estimate::align::Alignment;
 use crate::estimate::arrow::normal_matrix;
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::estimate::combination::combinations;
 use crate::estimate::noise::Noise;
+use crate::estimate::refused::{Outside, Refused, outside_range, outside_streams};
 use crate::estimate::remedies::Open;
 use crate::estimate::start::{Aligned, start};
 use crate::estimate::stationary::Stationary;
@@ -104,27 +104,6 @@ pub struct Held {
     pub name: String,
     /// What does the same, in words.
     pub why: String,
-}
-
-/// Why a fit that settled is no result.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Refused {
-    /// A smaller model fits better.
-    Worse {
-        /// Effects that were put in.
-        effects: Vec<String>,
-        /// chi squared with them and without.
-        chi_squared: [f64; 2],
-    },
-    /// A delay is farther than the stated `delay_range`.
-    OutsideRange {
-        /// Name of the delay.
-        delay: String,
-        /// Its value (s).
-        value: f64,
-        /// The least and the greatest in the range (s).
-        range: [f64; 2],
-    },
 }
 
 impl Calibration {
@@ -304,7 +283,7 @@ pub fn finish(
     let covariance = covariance::of_determined(&fit.normal, directions);
     let (point, normal) = (&fit.point, &fit.normal);
     let open = Open { problem: &problem, point, normal, limits: &limits, directions };
-    let unobservable = (0..directions.len())
+    let unobservable: Vec<Unobservable> = (0..directions.len())
         .map(|at| match Stationary::of(&problem, point, &directions[at]) {
             Some(found) => Unobservable {
                 words: found.words(),
@@ -318,7 +297,14 @@ pub fn finish(
         .collect();
     let withheld = withheld(&problem, &fit, examined.as_ref());
     let bounds = holding_bounds(&problem, &fit);
-    let refused = outside_range(&problem, &fit);
+    let mut refused = Vec::new();
+    if fit.outcome.is_result() {
+        refused.extend(outside_range(&problem, &fit.point));
+    }
+    if fit.outcome.is_result() && unobservable.is_empty() && refused.is_empty() {
+        let outside = outside_streams(&problem, &fit.point).into_iter();
+        refused.extend(outside.filter(Outside::is_most).map(Refused::OutsideStreams));
+    }
     let readings = problem.component_count() + fit.normal.priors.len();
     let rms = rms(&problem, &fit.point);
     let aligned = aligned
@@ -340,34 +326,6 @@ pub fn finish(
         refused,
         held: Vec::new(),
     })
-}
-
-/// Delays that are farther than the range that was stated for them.
-fn outside_range(problem: &Problem, fit: &Fit<Point>) -> Vec<Refused> {
-    let mut found: Vec<Refused> = Vec::new();
-    for (p, part) in problem.parts.iter().enumerate() {
-        let range = part.delay_range;
-        if range == USUAL || !fit.outcome.is_result() {
-            continue;
-        }
-        for used in &problem.layout.used[p] {
-            for index in used {
-                let instance = &problem.layout.instances[*index];
-                let value = fit.point.values[*index][0];
-                if instance.is_delay()
-                    && problem.layout.is_free(*index)
-                    && !(range[0]..=range[1]).contains(&value)
-                {
-                    let delay = instance.name.clone();
-                    let one = Refused::OutsideRange { delay, value, range };
-                    if !found.contains(&one) {
-                        found.push(one);
-                    }
-                }
-            }
-        }
-    }
-    found
 }
 
 /// A value counts as on its bound within this part of it.

@@ -10,7 +10,8 @@ use crate::effect::{PatchLine, Target};
 use crate::engine::part::Part;
 use crate::engine::problem::Problem;
 use crate::estimate::batch::{FitError, Options};
-use crate::estimate::calibrate::{Calibration, Refused, calibrate, calibrate_from};
+use crate::estimate::calibrate::{Calibration, calibrate, calibrate_from};
+use crate::estimate::refused::Refused;
 
 /// How far chi squared may lie above that of the smaller model, as a part of it: rounding.
 const ROUNDING: f64 = 1e-6;

@@ -197,7 +197,7 @@ impl Transformation {
         visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
     ) -> Result<Delays, E> {
         let Self { problem, point, .. } = self;
-        let [low, high] = problem.parts[part].delay_range;
+        let [low, high] = problem.parts[part].delay_range.hull();
         let range = high.max(-low);
         let given = Given { problem, point, covariance, range };
         let mut found = each(&given, part, runs, visit)?;

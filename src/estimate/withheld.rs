@@ -64,7 +64,8 @@ fn limit(
         Some(plausible) => {
             let square: f64 =
                 point.components(layout, index).iter().map(|value| value * value).sum();
-            let ranges = problem.parts.iter().flat_map(|part| part.delay_range).map(f64::abs);
+            let ranges =
+                problem.parts.iter().flat_map(|part| part.delay_range.hull()).map(f64::abs);
             let most = if instance.is_delay() { ranges.fold(0.0, f64::max) } else { 0.0 };
             // A size that cannot be computed sets no limit.
             Limit::Size(overstated * plausible.max(RELATIVE * square.sqrt().max(most)))

@@ -3,8 +3,9 @@
 
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
-use homepoint::estimate::calibrate::{Refused, calibrate, calibrate_from};
+use homepoint::estimate::calibrate::{calibrate, calibrate_from, finish};
 use homepoint::estimate::nested::against_nominal;
+use homepoint::estimate::refused::{Refused, outside_streams};
 
 use crate::folder::Folder;
 use crate::problems::Stream;
@@ -65,4 +66,40 @@ fn a_delay_outside_the_stated_range_is_no_result() {
     assert!((value - 0.13).abs() < 1e-3, "{value}");
     assert!(fit("delay_range = \"0.2 s\"").is_sound());
     assert!(fit("").is_sound(), "what nobody stated is no range");
+    // A stated range counts where it equals the default one, and for the delay that it names.
+    let far = Camera { delay: 0.56, ..Camera::default() };
+    let far = |head: &str| {
+        let folder = far.campaign(head, &far.hand_poses(), &far.camera_poses(4));
+        calibrate(open(&Request::new([&*folder])).unwrap().problem, &Options::default()).unwrap()
+    };
+    for head in ["delay_range = \"0.5 s\"", "delay_range = { camera = \"0.4 s\" }"] {
+        let found = far(head).refused;
+        assert!(matches!(found[..], [Refused::OutsideRange { .. }]), "{head}: {found:?}");
+    }
+    assert!(far("").is_sound());
+}
+
+#[test]
+fn a_delay_at_which_most_readings_lie_outside_their_streams_is_no_result() {
+    let camera = Camera::default();
+    let folder = camera.campaign("", &camera.hand_poses(), &camera.camera_poses(4));
+    let problem = open(&Request::new([&*folder])).unwrap().problem;
+    let fit = calibrate(problem.clone(), &Options::default()).unwrap();
+    let delay = problem.layout.instances.iter().position(|one| one.name == "camera.delay").unwrap();
+    let at = |value: f64| {
+        let mut point = fit.fit.point.clone();
+        point.values[delay][0] = value;
+        outside_streams(&problem, &point)
+    };
+    assert_eq!(at(0.3), Vec::new());
+    let some = (1..1000).map(|tenths| at(0.1 * f64::from(tenths))).find(|found| !found.is_empty());
+    let some = some.unwrap();
+    assert!(some.len() == 1 && !some[0].is_most() && some[0].counts[0] > 0, "{some:?}");
+    let most = at(1e3);
+    assert!(most.len() == 1 && most[0].is_most() && most[0].delay == "camera.delay", "{most:?}");
+    let mut moved = fit.fit.clone();
+    moved.point.values[delay][0] = 1e3;
+    let found = finish(problem, moved, Vec::new(), Vec::new()).unwrap();
+    assert_eq!(found.refused, vec![Refused::OutsideStreams(most[0].clone())]);
+    assert!(!found.is_sound());
 }

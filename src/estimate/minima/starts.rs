@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::campaign::delay_range::USUAL;
+use crate::campaign::delay_range::DelayRange;
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
 use crate::engine::layout::Layout;
@@ -46,8 +46,8 @@ impl Offsets {
         // A range that is stated is where to look; else the whole log.
         let parts = problem.parts.iter().enumerate();
         let parts = parts.filter(|(p, _)| clock.runs.iter().any(|(own, _)| own == p));
-        let stated = parts.map(|(_, part)| part.delay_range);
-        let stated = stated.filter(|range| *range != USUAL);
+        let stated = parts.map(|(_, part)| &part.delay_range);
+        let stated = stated.filter(|range| range.is_stated()).map(DelayRange::hull);
         let [low, high] = stated.fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], range| {
             [low.max(range[0]), high.min(range[1])]
         });

@@ -91,7 +91,7 @@ pub(in crate::estimate) fn cut(problem: &mut Problem, clock: &Clock, offset: f64
     let mut count = 0;
     for (p, part) in problem.parts.iter_mut().enumerate() {
         let width = part.slots().iter().map(|slot| slot.columns().end).max().unwrap_or(0);
-        let [low, high] = part.delay_range;
+        let [low, high] = part.delay_range.hull();
         let margin = (0.5 * (high - low)).min(MARGIN);
         let own = part.runs.iter_mut().enumerate();
         for (_, run) in own.filter(|(r, _)| clock.runs.contains(&(p, *r))) {
