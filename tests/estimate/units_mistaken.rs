@@ -227,7 +227,7 @@ fn joint(read: impl Fn(f64) -> f64, noise: f64) -> Folder {
 
 #[test]
 fn degrees_with_the_other_sense_are_named_together() {
-    let folder = joint(|angle| -angle.to_degrees(), 0.0005);
+    let folder = joint(|angle| -angle.to_degrees(), 0.0005_f64.to_degrees());
     let problem = open(&Request::new([&*folder])).unwrap().problem;
     let one = mistaken(&problem, None, &conventions([]).unwrap()).unwrap();
     assert_eq!(one.what[0].name, "in_degrees and reversed_sign", "{one:?}");
@@ -342,4 +342,36 @@ fn an_axis_of_a_place_and_of_a_force_is_mirrored_together() {
     assert_eq!(numbers, ["cy", "fy"], "{one:?}");
     assert!(one.what.iter().all(|own| own.name == "reversed_sign"), "{one:?}");
     assert!(one.variance_factors[1] < 2.0, "{one:?}");
+}
+
+/// An axis whose readings in mm are stated as um, with errors of several micrometres: positions in
+/// thousandths would fit as well, with residuals far smaller than stated.
+#[test]
+fn residuals_far_smaller_than_stated_are_no_better_fit() {
+    let model = "name = \"axis\"\ntitle = \"Axis\"\n[inputs]\nnominal = { unit = \"m\" }\n\
+        [parameters]\nzero = { unit = \"m\" }\n[measurands]\nposition = { value = 'nominal + zero', unit = \"m\" }\n";
+    let campaign = "title = \"Axis\"\nmodel = \"model.toml\"\n[measurands]\n\
+        position = { sigma = \"0.4 um\" }\n[[runs]]\nname = \"all\"\ndata = \"all.csv\"\n";
+    let mut random = Stream(5);
+    // The units that heads state, and where the true factor is: of the reading, or of the input.
+    for (heads, due, other, formula) in [
+        (["mm", "um"], "position", "nominal", "position * 1000"),
+        (["um", "mm"], "nominal", "position", "nominal * 1000"),
+    ] {
+        let mut table = format!("nominal [{}],position [{}]\n", heads[0], heads[1]);
+        for i in 0..300 {
+            let x = 12.5 * f64::from(i % 41);
+            let error = 0.003 * (0.02 * x).sin() + 0.0004 * random.normal();
+            table.push_str(&format!("{x:.1},{:.5}\n", x + error));
+        }
+        let files = [("model.toml", model), ("campaign.toml", campaign), ("all.csv", &*table)];
+        let folder = Folder::new("axis", &files);
+        let problem = open(&Request::new([&*folder])).unwrap().problem;
+        let one = mistaken(&problem, None, &conventions([]).unwrap()).unwrap();
+        assert_eq!(one.what[0].numbers, [due], "{one:?}");
+        let alike: Vec<&String> = one.alike.iter().flat_map(|one| &one.numbers).collect();
+        assert!(one.what.len() == 1 && alike.iter().all(|name| *name == other), "{one:?}");
+        assert!(!alike.is_empty() && one.variance_factors[1] > 4.0, "{one:?}");
+        assert!(one.columns.iter().any(|(_, own)| own == formula), "{one:?}");
+    }
 }

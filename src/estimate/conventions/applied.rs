@@ -77,13 +77,11 @@ impl Suspected<'_> {
         (mean.abs() > LINEAR).then(|| mean.exp())
     }
 
-    /// Logarithm of the variance factor of a fit of the changed problem, where the uncertainties of
-    /// changed readings are stretched like these, by `s`: chi squared is that of the other readings and
-    /// that of these over `s²`. What is made smaller scatters less, and carries no more information;
-    /// what is made larger must fit the stated uncertainties all the same.
-    pub(super) fn score(&self, changed: &Problem, fit: &Tried) -> f64 {
-        let score = fit.variance_factor.ln();
-        let Some(stretch) = self.stretch() else { return score };
+    /// Logarithm of what the variance factor of a fit of the changed problem is multiplied by where the
+    /// uncertainties of changed readings are stretched like these, by `s`: chi squared is that of the
+    /// other readings and that of these over `s²`.
+    pub(super) fn stretched(&self, changed: &Problem, fit: &Tried) -> f64 {
+        let Some(stretch) = self.stretch() else { return 0.0 };
         let mut others = changed.clone();
         for one in OneRun::all(changed).filter(|one| self.is_in(*one)) {
             let record = &mut others.parts[one.part].runs[one.run].record;
@@ -97,7 +95,7 @@ impl Suspected<'_> {
         others.reweight(&fit.point);
         let rest = others.cost(&fit.point).min(fit.chi_squared);
         let relative = rest + (fit.chi_squared - rest) / stretch.powi(2);
-        score + (relative / fit.chi_squared).ln().max(0.0)
+        (relative / fit.chi_squared).ln()
     }
 
     fn is_in(&self, run: OneRun) -> bool {

@@ -6,7 +6,7 @@ use crate::estimate::minima::clocks::Clock;
 use crate::graph::Kind;
 
 use super::applied::Suspected;
-use super::sequence::Sequence;
+use super::sequence::{Score, Sequence};
 use super::suspect::Suspect;
 use super::trimmed::{Trimmed, trimmed_fit};
 use super::units::{BETTER_NEARBY, nearby_factors};
@@ -22,8 +22,8 @@ pub(super) struct Looked {
     pub(super) variance_factor: f64,
     /// With them.
     pub(super) of_all: f64,
-    /// Its logarithm, relative to how far readings were stretched by what was set right last.
-    pub(super) score: f64,
+    /// Relative to how far readings were stretched by what was set right last.
+    pub(super) score: Score,
 }
 
 impl Looked {
@@ -35,7 +35,7 @@ impl Looked {
     ) -> Option<Self> {
         let Trimmed { whole, fit, kept } = trimmed_fit(&problem, start.clone(), ITERATIONS[2])?;
         let variance_factor = fit.variance_factor;
-        let score = sequence.map_or(variance_factor.ln(), |one| one.score(&kept, &fit));
+        let score = sequence.map_or(Score::of(variance_factor), |one| one.score(&kept, &fit));
         let of_all = whole.variance_factor;
         Some(Self { problem, point: fit.point, variance_factor, of_all, score })
     }

@@ -9,7 +9,7 @@ use crate::estimate::minima::thinned::Thinned;
 use super::looked::Looked;
 use super::quick::Quick;
 use super::residuals::Residuals;
-use super::sequence::Sequence;
+use super::sequence::{Score, Sequence};
 use super::streams::smooth_as_stated;
 use super::suspect::Suspect;
 use super::trimmed::trimmed_fit;
@@ -24,6 +24,9 @@ const FIRSTS: usize = 8;
 const SECONDS: usize = 30;
 /// Conventions that fit so many times worse than the best are not compared.
 const HOPELESS: f64 = 30.0;
+/// Residuals more than five times smaller than stated are no matter of a careful statement.
+const TOO_GOOD: f64 = 0.04;
+
 /// What may be set right next.
 pub(super) struct Next<'s, 'c> {
     /// All that is set right with it.
@@ -60,7 +63,7 @@ impl<'s, 'c> Glanced<'s, 'c> {
         let few = Thinned::of(&stands.problem, SAMPLES[0]);
         let numbers = few.late_by(0.0, &[])?;
         let residuals = Residuals::of(&numbers, &stands.point);
-        let control = Quick::of(&few, None)?.score;
+        let control = Quick::of(&few, None)?.score.as_stated;
         // As they stand they fit from there, too.
         let there = trimmed_fit(&numbers, stands.point.clone(), ITERATIONS[1]);
         let control = there.map_or(control, |one| control.min(one.fit.variance_factor.ln()));
@@ -76,7 +79,7 @@ impl<'s, 'c> Glanced<'s, 'c> {
             .into_par_iter()
             .filter_map(|sequence| Some((Quick::of(&few, Some(sequence))?, sequence)))
             .collect();
-        tried.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
+        tried.sort_by(|a, b| a.0.score.as_stated.total_cmp(&b.0.score.as_stated));
         Some(Self { tried, control })
     }
 
@@ -103,9 +106,15 @@ pub(super) fn next_of<'s, 'c>(
     glanced: Glanced<'s, 'c>,
 ) -> Option<Next<'s, 'c>> {
     let Glanced { mut tried, control } = glanced;
-    tried.retain(|(quick, _)| quick.score < control - BETTER[1].ln());
-    let best = tried.first()?.0.score;
-    let within = |times: f64| tried.partition_point(|(quick, _)| quick.score < best + times.ln());
+    tried.retain(|(quick, _)| quick.score.as_stated < control - BETTER[1].ln());
+    // Inputs that are made smaller shrink residuals as they shrink all else. Where these are far
+    // smaller than stated, readings that are made larger instead fit as well.
+    let is_relative = is_too_good(tried.first()?.0.score.as_stated.exp());
+    let score = |score: Score| score.compared(is_relative);
+    tried.sort_by(|a, b| score(a.0.score).total_cmp(&score(b.0.score)));
+    let best = score(tried.first()?.0.score);
+    let within =
+        |times: f64| tried.partition_point(|(quick, _)| score(quick.score) < best + times.ln());
     // Which of those that fit alike come first is a matter of rounding.
     let further = within(ALIKE).clamp(FURTHER[0], FURTHER[1]).min(within(HOPELESS));
     tried.truncate(further);
@@ -117,7 +126,7 @@ pub(super) fn next_of<'s, 'c>(
             Some((Looked::at(problem, &quick.point, Some(sequence))?, sequence))
         })
         .filter(|(looked, _)| {
-            let scored = looked.score.exp();
+            let scored = looked.score.as_stated.exp();
             is_far_better(stands.variance_factor, scored, looked.variance_factor)
         })
         .filter(|(looked, sequence)| !looked.is_another_factor(first, sequence))
@@ -126,8 +135,8 @@ pub(super) fn next_of<'s, 'c>(
             Compared { looked, typed, sequence }
         })
         .collect();
-    let best = compared.iter().map(|one| one.looked.score).min_by(f64::total_cmp)?;
-    compared.retain(|one| one.looked.score < best + ALIKE.ln());
+    let best = compared.iter().map(|one| score(one.looked.score)).min_by(f64::total_cmp)?;
+    compared.retain(|one| score(one.looked.score) < best + ALIKE.ln());
     for one in compared.iter_mut().filter(|one| !one.typed.reaches(&one.looked)) {
         one.typed = Typed::improved(first, one.sequence);
     }
@@ -135,11 +144,15 @@ pub(super) fn next_of<'s, 'c>(
     compared.retain(|one| one.looked.variance_factor >= GOOD || one.typed.is_better(stands));
     let of_all = compared.iter().map(|one| one.typed.of_all).fold(f64::INFINITY, f64::min);
     let is_of_some = |one: &Compared<'_, '_>| one.typed.of_all >= (ALIKE * of_all).max(GOOD);
+    let off = |one: &Compared<'_, '_>| one.looked.variance_factor.ln().abs();
+    let nearest = compared.iter().map(off).fold(f64::INFINITY, f64::min);
+    let is_farther =
+        |one: &Compared<'_, '_>| is_too_good(one.looked.variance_factor) && off(one) > nearest;
     // Of those that fit alike what fits the stated uncertainties, outliers counted, then the simplest:
-    // a sign before a turn, a turn before both.
+    // a sign before a turn, a turn before both. Residuals far smaller than stated do not fit them.
     compared.sort_by_key(|one| {
         let is_bad = one.looked.variance_factor >= GOOD || is_of_some(one);
-        (is_bad, !one.typed.is_settled, one.sequence.order())
+        (is_farther(one), is_bad, !one.typed.is_settled, one.sequence.order())
     });
     let mut compared = compared.into_iter();
     let Compared { looked, typed, sequence } = compared.next()?;
@@ -156,6 +169,11 @@ pub(super) fn next_of<'s, 'c>(
         })
         .collect();
     Some(Next { sequence, looked: looked.improved(), typed, alike })
+}
+
+/// Whether residuals are far smaller than stated.
+fn is_too_good(variance_factor: f64) -> bool {
+    variance_factor < TOO_GOOD
 }
 
 /// Two that help together, as one.

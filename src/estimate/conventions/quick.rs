@@ -5,14 +5,14 @@ use crate::estimate::minima::starts::Attitudes;
 use crate::estimate::minima::thinned::{Thinned, Tried};
 use crate::estimate::start::start;
 
-use super::sequence::Sequence;
+use super::sequence::{Score, Sequence};
 use super::trimmed::{Trimmed, trimmed_fit};
 use super::{ITERATIONS, STARTS};
 
 /// A convention on few samples, from several attitudes.
 pub(super) struct Quick {
-    /// Logarithm of the variance factor, relative to how far readings were stretched.
-    pub(super) score: f64,
+    /// Relative to how far readings were stretched.
+    pub(super) score: Score,
     pub(super) point: Point,
 }
 
@@ -42,7 +42,7 @@ impl Quick {
         let Trimmed { fit: best, kept, .. } = further
             .flatten()
             .min_by(|a, b| a.fit.variance_factor.total_cmp(&b.fit.variance_factor))?;
-        let stands = best.variance_factor.ln();
+        let stands = Score::of(best.variance_factor);
         let score = sequence.map_or(stands, |sequence| sequence.score(&kept, &best));
         Some(Self { score, point: best.point })
     }

@@ -7,6 +7,29 @@ use crate::formula::Expression;
 use super::Instead;
 use super::suspect::Suspect;
 
+/// How well a fit does: logarithms of variance factors.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Score {
+    /// What is made smaller scatters less, and carries no more information; what is made larger must fit
+    /// the stated uncertainties all the same.
+    pub(super) as_stated: f64,
+    /// Where the uncertainties of readings are stretched like these, larger or smaller.
+    pub(super) relative: f64,
+}
+
+impl Score {
+    /// Of a fit in which nothing is stretched.
+    pub(super) fn of(variance_factor: f64) -> Self {
+        let own = variance_factor.ln();
+        Self { as_stated: own, relative: own }
+    }
+
+    /// One of them.
+    pub(super) fn compared(self, is_relative: bool) -> f64 {
+        if is_relative { self.relative } else { self.as_stated }
+    }
+}
+
 /// What is set right, in the order in which it is done to the numbers as they were read.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sequence<'c> {
@@ -75,10 +98,15 @@ impl<'c> Sequence<'c> {
         more.iter().try_fold(one.applied(problem)?, |problem, one| one.applied(&problem))
     }
 
-    /// As of [`Suspect::score`], relative to what all that was found last stretches.
-    pub(super) fn score(&self, changed: &Problem, fit: &Tried) -> f64 {
-        let stands = fit.variance_factor.ln();
-        stands + self.places().map(|(_, one)| one.score(changed, fit) - stands).sum::<f64>()
+    /// How well a fit of the changed problem does, with what all that was found last stretches.
+    pub(super) fn score(&self, changed: &Problem, fit: &Tried) -> Score {
+        self.places().fold(Score::of(fit.variance_factor), |score, (_, one)| {
+            let stretched = one.stretched(changed, fit);
+            Score {
+                as_stated: score.as_stated + stretched.max(0.0),
+                relative: score.relative + stretched,
+            }
+        })
     }
 
     /// What each changed number is, as a formula of the columns as they were read.

@@ -41,12 +41,11 @@ impl Suspect<'_> {
         }
     }
 
-    /// Logarithm of the variance factor of a fit of the problem with it set right, relative to how far
-    /// readings are stretched by that.
-    pub(super) fn score(&self, changed: &Problem, fit: &Tried) -> f64 {
+    /// As of [`Suspected::stretched`].
+    pub(super) fn stretched(&self, changed: &Problem, fit: &Tried) -> f64 {
         match self {
-            Self::Columns(one) => one.score(changed, fit),
-            Self::Turns(_) => fit.variance_factor.ln(),
+            Self::Columns(one) => one.stretched(changed, fit),
+            Self::Turns(_) => 0.0,
         }
     }
 
