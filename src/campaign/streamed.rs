@@ -5,7 +5,7 @@ use crate::campaign::declared::RunEntry;
 use crate::campaign::delay_range::DelayRange;
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
-use crate::campaign::time_units::{Stamps, other_unit};
+use crate::campaign::time_units::{Stamps, other_unit, other_unit_since_1970};
 use crate::diagnostic::{Span, decimals};
 use crate::model::InputDeclaration;
 use crate::units::decimal;
@@ -98,6 +98,10 @@ impl Streamed {
         let ((first, last), Some((from, to))) = (self.samples, self.streams) else {
             return String::new();
         };
+        let are_apart = last < from || first > to;
+        if let Some(words) = other_unit_since_1970(&self.stamps).filter(|_| are_apart) {
+            return format!("; {words}");
+        }
         let times = (last - first) / (to - from);
         if let Some(words) = other_unit(&self.stamps, times).filter(|_| times > 0.0) {
             return format!("; {words}");
@@ -107,7 +111,7 @@ impl Streamed {
             return "; a smaller delay_range keeps a smaller margin, and a pair for clocks that differ to one side, as in [\"0 s\", \"2 s\"], one at one end".to_owned();
         }
         let are_all_outside = self.counts.0 == self.counts.1;
-        if !are_all_outside || (last >= from && first <= to) {
+        if !are_all_outside || !are_apart {
             return String::new();
         }
         if let Some(words) = self.of_another_run(others) {

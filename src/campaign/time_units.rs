@@ -4,6 +4,7 @@
 //! It reads no file and changes no time.
 
 use crate::campaign::declared::RunEntry;
+use crate::campaign::formats::unit_since_1970;
 use crate::campaign::header::{TIME, split};
 use crate::campaign::spline::{Smoothing, mean_spacing};
 use crate::campaign::table::Table;
@@ -37,6 +38,8 @@ pub(crate) struct Stamps {
     unit: Unit,
     /// How long it lasts (s), of a stream.
     lasts: f64,
+    /// The first one (s).
+    first: Option<f64>,
 }
 
 impl Stamps {
@@ -68,6 +71,7 @@ impl Stamps {
             in_header: stated.is_some_and(|(unit, _)| !unit.trim().is_empty()),
             unit: column.unit.clone(),
             lasts,
+            first: table.first_stamp(),
         })
     }
 
@@ -97,6 +101,13 @@ impl Stamps {
                 }
             }
         }
+    }
+
+    /// The unit in which stamps as large count since 1970, and whether it is the one that is stated.
+    fn since_1970(&self) -> Option<(&'static str, bool)> {
+        let symbol = unit_since_1970(self.first? / self.unit.factor)?;
+        let unit = Unit::parse(symbol).ok()?;
+        Some((symbol, unit.factor == self.unit.factor))
     }
 
     /// The unit whose numbers would last `times` as long with the unit that is stated.
@@ -133,6 +144,23 @@ pub(super) fn other_unit(stamps: &[Stamps], times: f64) -> Option<String> {
         "the {what} last {factor:.0} times as long: are the times of {} in {unit}{instead}? {}",
         files.join(" and "),
         each.join(", ")
+    ))
+}
+
+/// What to do where stamps of one file of a run count since 1970 as they are stated, and those of another
+/// one would in another unit: by themselves these may count from when a computer was started.
+pub(super) fn other_unit_since_1970(stamps: &[Stamps]) -> Option<String> {
+    let is_right = |one: &Stamps| one.since_1970().is_some_and(|(_, is_stated)| is_stated);
+    let wrong = stamps.iter().find_map(|one| match one.since_1970() {
+        Some((symbol, false)) => Some((one, symbol)),
+        _ => None,
+    });
+    let (one, symbol) = wrong.filter(|_| stamps.iter().any(is_right))?;
+    Some(format!(
+        "stamps as large as those of `{}` count in {symbol} since 1970, not in `{}`: {}",
+        one.file,
+        one.unit.symbol,
+        one.read_in(symbol)
     ))
 }
 

@@ -148,3 +148,18 @@ fn a_misspelt_column_of_a_stream_is_found_for_an_input() {
     edit(&folder, "campaign.toml", "signals =", &format!("{line}\nsignals ="));
     assert_eq!(faults(&folder), "");
 }
+
+#[test]
+fn stamps_since_1970_in_a_larger_unit_than_stated_are_named_beside_others() {
+    let entry = "name = \"a\"\ndata = { file = \"a.csv\", columns = { time = \"t [ns]\" } }\nsignals = [\"plc.csv\"]";
+    let stream = ("plc.csv", "time [ns],place [m]");
+    let (data, from) = (("a.csv", "t,x [m]"), 1.7e9);
+    let folder = written(&[Run { entry, data, stream, from, parts: [1e6, 1e9] }]);
+    let found = faults(&folder);
+    let due = "stamps as large as those of `a.csv` count in us since 1970, not in `ns`: ";
+    let line = "data = { file = \"a.csv\", columns = { time = \"t [us]\" } }";
+    assert!(found.contains(due) && found.contains(line), "{found}");
+    assert!(!found.contains("write delay_range"), "{found}");
+    edit(&folder, "campaign.toml", "t [ns]", "t [us]");
+    assert_eq!(faults(&folder), "");
+}
