@@ -32,6 +32,9 @@ pub(super) struct Check {
     /// Look for effects in this folder, too (repeat for more)
     #[arg(long = "effects", value_name = "DIR")]
     effects: Vec<PathBuf>,
+    /// Leave bad rows of data files out, count and list them
+    #[arg(long)]
+    skip_bad_rows: bool,
     /// Read no file outside a campaign's folder: for campaigns of strangers
     #[arg(long)]
     confined: bool,
@@ -105,6 +108,7 @@ impl Check {
     fn campaign(&self, path: &Path) -> Result<String, Diagnostics> {
         let mut request = Request::new([path]);
         request.effects.clone_from(&self.effects);
+        request.skip_bad_rows = self.skip_bad_rows;
         request.confined = self.confined;
         request.show_outside = self.show_outside;
         request.progress = progress::shown(self.quiet);
