@@ -24,6 +24,7 @@ mod power;
 mod prior;
 mod progress;
 mod render;
+mod shell;
 mod show;
 mod simulate;
 mod threads;

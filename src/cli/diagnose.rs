@@ -9,7 +9,7 @@ use crate::campaign::Run;
 use crate::diagnose::{Diagnosis, diagnose, judge};
 use crate::diagnostic::Diagnostic;
 use crate::engine::layout::Instance;
-use crate::engine::open::{Opened, Recipe};
+use crate::engine::open::{Opened, Recipe, held_that_act};
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
 use crate::model::Setting;
@@ -17,6 +17,7 @@ use crate::report;
 use crate::report::diagnosis_text::Asked;
 
 use super::arguments::{CampaignArguments, Format};
+use super::shell::{in_shell, typed};
 use super::wanted::WantedArguments;
 use super::{Failure, doubts, load, output, prior, render};
 
@@ -162,24 +163,16 @@ fn apart(one: &Instance, other: &Instance) -> Option<String> {
     })
 }
 
-/// A value as it is typed into a shell.
-fn typed(value: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=@~+:".contains(c);
-    if value.chars().all(is_plain) {
-        value.to_owned()
-    } else {
-        format!("'{}'", value.replace('\'', "'\\''"))
-    }
-}
-
-/// An option with each of its values, as it is typed into a shell.
-fn in_shell((option, values): (&str, Vec<String>)) -> Vec<String> {
-    values.iter().map(|value| format!("{option} {}", typed(value))).collect()
-}
-
 /// A variance factor, with what was found and by the noise as stated, beyond which it is asked whether a convention was
 /// mistaken.
 const BAD: f64 = 4.0;
+
+/// Options that state the delays that the diagnosis held at zero and that act with what it found.
+fn held(recipes: &[Recipe], found: &Diagnosis) -> Vec<String> {
+    let Some(explained) = &found.explained else { return Vec::new() };
+    let names = held_that_act(recipes, &explained.problem);
+    names.iter().map(|name| format!("--set {name}=\"0 s\"")).collect()
+}
 
 /// The tables that `--out` asks for.
 const CANDIDATES: &str = "candidates.csv";
@@ -249,6 +242,7 @@ impl Diagnose {
                     campaigns: &campaigns.join(" "),
                     options: &self.given(),
                     beside: &self.beside(),
+                    held: &held(&loaded.recipes, &found),
                     out: out.as_deref(),
                     top: self.top,
                     runs,

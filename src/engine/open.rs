@@ -26,6 +26,7 @@ mod set;
 mod still;
 
 pub use recipe::Recipe;
+pub use still::held_that_act;
 
 /// What a user asks for.
 #[derive(Clone, Debug, Default)]
@@ -166,7 +167,14 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         warnings.append(&mut campaign.warnings);
         warnings.extend(left_out(&campaign));
         let input_sigma = campaign.input_sigma.clone();
-        recipes.push(Recipe { library, model, effects: selected, overrides, input_sigma });
+        recipes.push(Recipe {
+            library,
+            model,
+            effects: selected,
+            overrides,
+            input_sigma,
+            held_delays: Vec::new(),
+        });
         campaigns.push(campaign);
     }
     still::hold(&mut recipes, &campaigns)?;

@@ -20,6 +20,8 @@ pub struct Asked<'a> {
     pub options: &'a [String],
     /// The options beside them that a diagnosis alone needs.
     pub beside: &'a [String],
+    /// The options that state what was held.
+    pub held: &'a [String],
     /// The folder into which tables are written, if one was named.
     pub out: Option<&'a str>,
     /// Candidates that are shown at most.
@@ -30,7 +32,15 @@ pub struct Asked<'a> {
 
 impl Default for Asked<'_> {
     fn default() -> Self {
-        Self { campaigns: "CAMPAIGN", options: &[], beside: &[], out: None, top: None, runs: &[] }
+        Self {
+            campaigns: "CAMPAIGN",
+            options: &[],
+            beside: &[],
+            held: &[],
+            out: None,
+            top: None,
+            runs: &[],
+        }
     }
 }
 
@@ -80,6 +90,7 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
         let options: Vec<String> = asked
             .options
             .iter()
+            .chain(asked.held)
             .cloned()
             .chain(rows)
             .chain(members)

@@ -15,6 +15,7 @@ mod delays_of_runs;
 mod effects_elsewhere;
 mod examples;
 mod examples_again;
+mod held_delays;
 mod joint_fit;
 mod json_keys;
 mod left_out;

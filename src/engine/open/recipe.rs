@@ -20,6 +20,8 @@ pub struct Recipe {
     pub overrides: Vec<Override>,
     /// What the campaign states of the inputs.
     pub input_sigma: Vec<Option<f64>>,
+    /// Delays that are held at zero, because they act on no reading and nothing is stated of them.
+    pub held_delays: Vec<String>,
 }
 
 impl Recipe {

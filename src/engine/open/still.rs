@@ -3,9 +3,11 @@
 
 use std::collections::BTreeSet;
 
+use crate::campaign::Run;
 use crate::campaign::load::Campaign;
 use crate::campaign::signal::moving_signals;
 use crate::diagnostic::Diagnostics;
+use crate::engine::Problem;
 use crate::engine::open::recipe::Recipe;
 use crate::graph::{Leaf, Node};
 use crate::model::Override;
@@ -17,14 +19,17 @@ pub(super) fn hold(recipes: &mut [Recipe], campaigns: &[Campaign]) -> Result<(),
     let mut acting: BTreeSet<String> = BTreeSet::new();
     for (recipe, campaign) in recipes.iter().zip(campaigns) {
         let system = recipe.with(&[])?;
-        let moving = moving(&system, campaign);
+        let moving = moving(&system, &campaign.runs);
         if moving.contains(&true) {
             acting.extend(delays_that_act(&system, &moving));
         }
     }
     for recipe in recipes {
         let held = delay_names(&recipe.model).filter(|name| !acting.contains(name));
-        let held = held.map(|name| Override {
+        let held: Vec<String> = held.collect();
+        let is_open = |name: &&String| recipe.overrides.iter().all(|one| one.name != **name);
+        recipe.held_delays = held.iter().filter(is_open).cloned().collect();
+        let held = held.into_iter().map(|name| Override {
             name,
             value: Some(vec![(0.0, Unit::second())]),
             fixed: Some(true),
@@ -36,11 +41,22 @@ pub(super) fn hold(recipes: &mut [Recipe], campaigns: &[Campaign]) -> Result<(),
     Ok(())
 }
 
+/// The delays that are held and act on readings all the same with the effects of a problem: an effect may
+/// be the first that depends on a signal.
+pub fn held_that_act(recipes: &[Recipe], problem: &Problem) -> BTreeSet<String> {
+    let each = recipes.iter().zip(&problem.parts).flat_map(|(recipe, part)| {
+        let moving = moving(&part.system, &part.runs);
+        let acting: Vec<String> = delays_that_act(&part.system, &moving).collect();
+        acting.into_iter().filter(|name| recipe.held_delays.contains(name))
+    });
+    each.collect()
+}
+
 /// For each input whether it is a signal that moves in some run.
-fn moving(system: &System, campaign: &Campaign) -> Vec<bool> {
+fn moving(system: &System, runs: &[Run]) -> Vec<bool> {
     let inputs = &system.assembly.names.inputs;
     let mut all = vec![false; inputs.len()];
-    for run in &campaign.runs {
+    for run in runs {
         let here = moving_signals(inputs, run.record.inputs());
         all.iter_mut().zip(here).for_each(|(known, moves)| *known |= moves);
     }
