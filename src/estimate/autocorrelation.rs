@@ -23,10 +23,20 @@ const SIZES: usize = 24;
 pub struct Autocorrelated {
     /// The measurand.
     pub measurand: String,
-    /// By how many times standard uncertainties may be too small.
+    /// By how many times standard uncertainties may be too small for the correlation.
     pub times: f64,
+    /// By how many times residuals are as large as stated (rms).
+    pub level: f64,
     /// Over how many readings residuals are correlated.
     pub readings: u64,
+}
+
+impl Autocorrelated {
+    /// By how many times the standard uncertainty of what acts evenly over so many readings is too small,
+    /// for both.
+    pub fn of_both(&self) -> f64 {
+        self.times * self.level
+    }
 }
 
 /// Sums over batches of one size.
@@ -60,6 +70,11 @@ impl Batches {
         }
     }
 
+    /// rms of the residuals.
+    fn rms(&self) -> f64 {
+        (self.sizes[0].squares / self.sizes[0].count.max(1) as f64).sqrt()
+    }
+
     /// Batches do not go from run to run.
     fn end_of_run(&mut self) {
         self.seen = 0;
@@ -88,7 +103,7 @@ pub fn longest(fit: &Calibration) -> u64 {
 pub fn autocorrelated(fit: &Calibration) -> Vec<Autocorrelated> {
     let mut found = all(fit);
     found.retain(|one| one.times > LEAST);
-    found.sort_by(|a, b| b.times.total_cmp(&a.times));
+    found.sort_by(|a, b| b.of_both().total_cmp(&a.of_both()));
     found
 }
 
@@ -119,10 +134,12 @@ fn all(fit: &Calibration) -> Vec<Autocorrelated> {
         for ((m, _), batches) in components.iter().zip(&all) {
             let Some((readings, ratio)) = batches.most() else { continue };
             let (measurand, times) = (names[*m].name.clone(), ratio.sqrt());
-            match found.iter_mut().find(|one| one.measurand == measurand) {
+            let level = batches.rms() / problem.rms_sigma(&fit.fit.point, p, *m);
+            let own = Autocorrelated { measurand, times, level, readings };
+            match found.iter_mut().find(|one| one.measurand == own.measurand) {
                 Some(one) if one.times >= times => {}
-                Some(one) => *one = Autocorrelated { measurand, times, readings },
-                None => found.push(Autocorrelated { measurand, times, readings }),
+                Some(one) => *one = own,
+                None => found.push(own),
             }
         }
     }
