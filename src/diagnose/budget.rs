@@ -12,6 +12,7 @@ pub mod in_fit;
 pub mod judge;
 pub mod labels;
 pub mod linear;
+pub mod masked;
 pub mod member;
 mod misread;
 pub mod neighbours;

@@ -8,7 +8,8 @@ pub const ENTER: f64 = 5.0;
 pub const TIE: f64 = 3.0;
 /// Log evidence by which effects beside a block that was taken out must be better than the block.
 pub const SWAP: f64 = 1.0;
-/// Drop of squared residuals on held-out readings that a row must bring: twice [`ENTER`].
+/// Rise of twice the log predictive density of held-out readings that a row must bring: twice
+/// [`ENTER`].
 pub const HELD_OUT: f64 = 2.0 * ENTER;
 /// Gain of any row (noncentrality 8): an imitator of less leaves nothing that would show.
 pub const ROW: f64 = 64.0;

@@ -126,8 +126,8 @@ fn sizes(values: &[Size]) -> String {
 /// Why an effect does not stand as a row.
 fn because(objection: &Objection) -> String {
     match objection {
-        Objection::HeldOut(drop) => {
-            format!("it fails on held-out readings (drop of squared residuals {drop:.0})")
+        Objection::HeldOut(gain) => {
+            format!("it fails on held-out readings (predictive gain {gain:.0})")
         }
         Objection::Small(_) => "it is too small for a name beside the rest".to_owned(),
         Objection::Borrowed => "it only corrects the form of the remainder".to_owned(),

@@ -260,19 +260,23 @@ fn a_held_out_drop_is_what_fits_to_the_other_folds_leave() {
             fitted.with(selected, &[], &options).unwrap().unwrap()
         })
     };
+    // Of the fits with some runs left out: their readings, their normal equations, stated values.
+    let without = |whole: &Fitted, fold: Option<usize>| {
+        let mut rest = whole.clone();
+        for (number, run) in rest.problem.parts[0].runs.iter_mut().enumerate() {
+            if Some(number % 5) == fold {
+                run.record.edit(|samples| {
+                    samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
+                });
+            }
+        }
+        let rest = Fitted { problem: Problem::new(rest.problem.parts), ..rest };
+        rest.again(&options).unwrap()
+    };
     let squares = |whole: &Fitted| -> f64 {
         (0..5)
             .map(|fold| {
-                let mut rest = whole.clone();
-                for (number, run) in rest.problem.parts[0].runs.iter_mut().enumerate() {
-                    if number % 5 == fold {
-                        run.record.edit(|samples| {
-                            samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
-                        });
-                    }
-                }
-                let rest = Fitted { problem: Problem::new(rest.problem.parts), ..rest };
-                let rest = rest.again(&options).unwrap();
+                let rest = without(whole, Some(fold));
                 let normal = whole.problem.normal(&rest.fit.point);
                 let runs = normal.runs.iter().enumerate();
                 let own = runs.filter(|(number, _)| number % 5 == fold).map(|(_, run)| {
@@ -284,11 +288,30 @@ fn a_held_out_drop_is_what_fits_to_the_other_folds_leave() {
             })
             .sum()
     };
-    let both = squares(&with(&model));
+    // Minus two times the log predictive density of each fold: what its readings add to chi squared, and
+    // by how much they make the covariance of all values smaller.
+    let predictive = |whole: &Fitted| -> f64 {
+        let evidence = |fit: &Fitted| {
+            let made = calibrate(fit.problem.clone(), &options).unwrap();
+            let scaled = made.covariance.map_with_location(|i, j, value| {
+                value / (made.covariance[(i, i)] * made.covariance[(j, j)]).sqrt()
+            });
+            let lengths: f64 = made.covariance.diagonal().iter().map(|one| one.ln()).sum();
+            fit.fit.cost - lengths - scaled.determinant().ln()
+        };
+        let all = evidence(&without(whole, None));
+        (0..5).map(|fold| all - evidence(&without(whole, Some(fold)))).sum()
+    };
+    let models: Vec<Fitted> = [vec![model[0], model[1]], vec![model[1]], vec![model[0]]]
+        .iter()
+        .map(|one| with(one))
+        .collect();
+    let both = [squares(&models[0]), predictive(&models[0])];
     for at in 0..2 {
-        let due = squares(&with(&[model[1 - at]])) - both;
-        let found = folded.drop(at);
-        assert!((found - due).abs() < 0.02 * due.abs().max(5.0), "{at}: {found} {due}");
+        let due = [squares(&models[at + 1]) - both[0], predictive(&models[at + 1]) - both[1]];
+        for (found, due) in [folded.squares_drop(at), folded.predictive_gain(at)].iter().zip(due) {
+            assert!((found - due).abs() < 0.02 * due.abs().max(5.0), "{at}: {found} {due}");
+        }
     }
 }
 

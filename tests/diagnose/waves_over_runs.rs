@@ -27,7 +27,7 @@ fn a_wave_through_runs_far_apart_has_its_period() {
         let mut campaign = "title = \"Bridge\"\nmodel = \"model.toml\"\n[measurands]\nstrain = { sigma = \"2e-6\" }\n".to_owned();
         for run in 0..20 {
             campaign += &format!("[[runs]]\nname = \"r{run}\"\ndata = \"r{run}.csv\"\n");
-            let mut log = "time [s],load [N],strain\n".to_owned();
+            let mut log = "time [s],load [N],strain [1]\n".to_owned();
             for row in 0..500 {
                 let time = 2000.0 * f64::from(run) + 2.0 * f64::from(row);
                 let load = 100.0 * random.uniform();

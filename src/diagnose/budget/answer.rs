@@ -49,7 +49,7 @@ pub struct Row {
     pub alone: f64,
     /// Posterior probability that it, and not an alias or an unmodelled effect, is there.
     pub posterior: f64,
-    /// Drop of squared residuals on held-out readings.
+    /// Rise of twice the log predictive density of held-out readings.
     pub held_out: f64,
     /// Effects that these readings do not distinguish from it.
     pub aliases: Vec<String>,

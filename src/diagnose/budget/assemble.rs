@@ -119,7 +119,7 @@ impl Diagnosis {
                 let name = &linear.terms[term].name;
                 // Beside the other rows: what the remainder could take over from it is the row's.
                 let row = in_fit.iter().position(|own| *own == term);
-                let drop = row.map_or(0.0, |row| rows_folded.drop(row));
+                let drop = row.map_or(0.0, |row| rows_folded.squares_drop(row));
                 let closes = (drop.max(0.0) / all).min(1.0);
                 let mut values = of_rows.values(&linear, name, *at, &explained);
                 let own = || members.iter().filter(|one| one.effect == *name);
@@ -244,7 +244,7 @@ impl<'a> Budget<'a> {
             closes: 0.0,
             alone: (alone.excess() / self.total.max(f64::MIN_POSITIVE)).min(1.0),
             posterior: posterior(ln_bayes, others),
-            held_out: folded.drop(at),
+            held_out: folded.predictive_gain(at),
             aliases,
             unmodelled_alias: blocks
                 .first()

@@ -8,6 +8,7 @@
 
 use self::moments::Bin;
 use super::linear::Linear;
+use super::masked::Masked;
 use super::selection::Selection;
 use super::sums::Appended;
 use super::terms::{Base, Change, Term, without};
@@ -18,8 +19,6 @@ use crate::diagnose::thresholds::ENTER;
 mod moments;
 mod onsets;
 mod taken_up;
-
-pub use self::onsets::Masked;
 
 /// Moments tried at most in the first pass.
 const MOST_BINS: usize = 1500;

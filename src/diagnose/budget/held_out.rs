@@ -1,5 +1,6 @@
-//! Evidence from readings that a model was not fitted to: the drop of their squared residuals that
-//! a term brings, fold after fold.
+//! Evidence from readings that a model was not fitted to, fold after fold: the log predictive density
+//! that a term raises, by which it is judged, and the drop of squared residuals, by which it closes the
+//! gap.
 //!
 //! Columns that only the held-out readings determine (a start of that run) are fitted there, with
 //! and without the term. Stated values count as readings.
@@ -31,6 +32,7 @@ const RANK: f64 = 1e-9;
 pub struct Folded {
     whole: DMatrix<f64>,
     folds: Vec<DMatrix<f64>>,
+    prior: DMatrix<f64>,
     /// The columns of each term, in the order of the model.
     terms: Vec<std::ops::Range<usize>>,
     /// So many terms at the beginning count as nominal.
@@ -46,9 +48,10 @@ impl Folded {
         let weights = selection.weights();
         let fold = |fold: usize| pieces.products(&weights, |piece, _| piece.fold == fold);
         let folds: Vec<DMatrix<f64>> = (0..FOLDS).map(fold).collect();
-        let mut whole = selection.prior(&combinations);
+        let prior = selection.prior(&combinations);
+        let mut whole = prior.clone();
         folds.iter().for_each(|fold| whole += fold);
-        Self { whole, folds, terms, nominal_terms: 0 }
+        Self { whole, folds, prior, terms, nominal_terms: 0 }
     }
 
     /// The same where so many of the first terms count as nominal: the others are judged with them in
@@ -61,17 +64,33 @@ impl Folded {
     /// those that are judged) brings, fold after fold: the drop of their squared residuals, in units of
     /// what the fit to the other folds leaves uncertain of them, less what that uncertainty costs. A
     /// prediction from values that the other folds hardly determine is wide, not wrong.
-    pub fn drop(&self, term: usize) -> f64 {
-        let own = &self.terms[self.nominal_terms + term];
-        let n = self.whole.nrows() - 1;
-        let others: Vec<usize> = (0..n).filter(|column| !own.contains(column)).collect();
-        let all: Vec<usize> = (0..n).collect();
+    pub fn predictive_gain(&self, term: usize) -> f64 {
+        let (all, others) = self.with_and_without(term);
         let of = |columns: &[usize]| {
             let whole = self.evidence(&self.whole, columns);
             let rest = |fold: &DMatrix<f64>| self.evidence(&(&self.whole - fold), columns);
             self.folds.iter().map(|fold| whole - rest(fold)).sum::<f64>()
         };
         of(&others) - of(&all)
+    }
+
+    /// The drop of held-out squared residuals that a term brings, fold after fold: how far it closes the
+    /// gap.
+    pub fn squares_drop(&self, term: usize) -> f64 {
+        let (all, others) = self.with_and_without(term);
+        let left = |fold: &DMatrix<f64>, fitted: &[usize]| {
+            let vector = self.predicting(fold, fitted);
+            let left = self.left_of(fold, &vector, &self.unknown(fold, &others));
+            left + vector.dot(&(&self.prior * &vector)) / FOLDS as f64
+        };
+        self.folds.iter().map(|fold| left(fold, &others) - left(fold, &all)).sum()
+    }
+
+    /// The columns with a term, and without it.
+    fn with_and_without(&self, term: usize) -> (Vec<usize>, Vec<usize>) {
+        let own = &self.terms[self.nominal_terms + term];
+        let n = self.whole.nrows() - 1;
+        ((0..n).collect(), (0..n).filter(|column| !own.contains(column)).collect())
     }
 
     /// Minus twice the log evidence of columns by some sums: what the readings of a fold add to it is

@@ -1,7 +1,7 @@
 //! When a row stands: eight conditions, each with its reason.
 //!
 //! A row is judged beside all the structure there is: basis blocks enter until none has the
-//! evidence. The row that fails with the least held-out drop goes and does not come back; then the
+//! evidence. The row that fails with the least predictive gain goes and does not come back; then the
 //! search goes on. What is too small for a name stays in the model without one.
 
 use rayon::prelude::*;
@@ -98,7 +98,7 @@ impl Selection<'_> {
             }
             let with = [model.clone(), vec![term]].concat();
             let own = Pieces::new(linear, self, &with);
-            let drop = Folded::new(self, &with, &own).drop(with.len() - 1);
+            let drop = Folded::new(self, &with, &own).predictive_gain(with.len() - 1);
             if drop < HELD_OUT {
                 continue;
             }
@@ -114,7 +114,7 @@ impl Selection<'_> {
         Judged { model, nameless, objections }
     }
 
-    /// The row that does not stand with the least held-out drop.
+    /// The row that does not stand with the least predictive gain.
     fn worst(
         &self,
         model: &[usize],
@@ -129,7 +129,7 @@ impl Selection<'_> {
         let remains = |at: &usize| !is_row(model[*at]) && !self.terms[model[*at]].in_fit;
         let rest: f64 = (0..model.len()).filter(remains).map(|at| gains[at].excess()).sum();
         let is_form = |term: &Term| !term.is_of_runs() && term.change.is_none();
-        let drops: Vec<f64> = rows.iter().map(|at| folded.drop(*at)).collect();
+        let drops: Vec<f64> = rows.iter().map(|at| folded.predictive_gain(*at)).collect();
         let named: Vec<usize> = rows.iter().map(|at| model[*at]).collect();
         let without_blocks = if rest > 0.0 { self.contributions(&named) } else { Vec::new() };
         let mut objections: Vec<(usize, Objection)> = Vec::new();

@@ -6,8 +6,8 @@
 use crate::diagnose::library::catalogue::sign;
 use crate::engine::gauss_markov::Gains;
 
-use super::changes::Masked;
 use super::linear::{Linear, by_candidate};
+use super::masked::Masked;
 use super::selection::Selection;
 use super::terms::{Base, Change, Combination};
 

@@ -23,7 +23,9 @@ use super::places::comes_back;
 /// Windows are one in so many parts of a run, but of so many readings.
 const PARTS: usize = 20;
 const WINDOW: std::ops::RangeInclusive<usize> = 24..=400;
-/// One in so many samples of a window is trimmed: those with the largest residuals.
+/// Median distances from the median residual of a window from which a sample is trimmed, and one in how
+/// many at most.
+const FAR: f64 = 8.0;
 const TRIMMED: usize = 10;
 /// Slope of readings over predictions, and their scatter in parts of that of predictions, up to which
 /// they do not follow.
@@ -127,15 +129,18 @@ impl Window {
     }
 }
 
-/// Samples without the `TRIMMED` part whose residuals are the farthest from their median.
+/// Samples without those whose residuals are far from their median.
 fn trimmed(samples: &[(usize, f64, f64)]) -> Vec<(usize, f64, f64)> {
     let residual = |one: &(usize, f64, f64)| one.1 - one.2;
     let mut residuals: Vec<f64> = samples.iter().map(residual).collect();
     let middle = upper_median(&mut residuals).unwrap_or(0.0);
     let distance = |one: &(usize, f64, f64)| (residual(one) - middle).abs();
+    let usual = upper_median(&mut samples.iter().map(distance).collect::<Vec<f64>>());
+    let far = FAR * usual.unwrap_or(0.0);
     let mut left = samples.to_vec();
     left.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-    left.truncate(samples.len() - samples.len() / TRIMMED);
+    let near = left.partition_point(|one| distance(one) <= far);
+    left.truncate(near.max(samples.len() - samples.len() / TRIMMED));
     left
 }
 

@@ -6,29 +6,14 @@
 //! `δ_{k+1} = D_{k+1} (I - K_k eᵀ) δ_k` (`D` the decays, `K` the gains, `w` the weight of a reading, `e`
 //! ones). At a step that is the difference between a spike and nothing.
 //!
-//! [`Masked`] makes that column sample by sample; [`Onsets`] its products for all moments at once, with
-//! the adjoint of the recursion, backwards over each block of the filter.
+//! [`Onsets`] sums what that adds to products of columns for all moments at once, with the adjoint of the
+//! recursion, backwards over each block of the filter. Sample by sample it is
+//! [`Masked`](crate::diagnose::budget::masked::Masked).
 
 use nalgebra::DMatrix;
 
 use crate::diagnose::budget::rows::Values;
 use crate::engine::gauss_markov::{BEGIN, Gains, States};
-
-/// The column of a change in one residual component, sample after sample.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Masked {
-    whole: States,
-    own: States,
-}
-
-impl Masked {
-    /// The whitened value at the next reading, from that of the whole column.
-    pub fn next(&mut self, gains: Option<&Gains>, whitened: f64, acts: bool) -> f64 {
-        let Some(gains) = gains else { return if acts { whitened } else { 0.0 } };
-        let value = gains.undo(&mut self.whole, whitened);
-        gains.take(&mut self.own, if acts { value } else { 0.0 })
-    }
-}
 
 /// A reading in a block of the filter.
 struct Reading {
