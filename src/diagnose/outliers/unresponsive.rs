@@ -2,8 +2,8 @@
 //! as a tube that is clogged or a contact that is lost, its reading still but for noise and leakage.
 //!
 //! Frozen readings repeat bit for bit; these have noise of their own. In windows of a run in which the
-//! prediction varies far more than residuals do elsewhere, they vary by little, and not with it. Trimmed
-//! moments decide: an outlier, as of a mistyped input, is no variation of the prediction. A few
+//! prediction varies far more than residuals do elsewhere, they vary by little, and not with it. A spike
+//! of a few samples, as of a mistyped input, is no variation of the prediction. A few
 //! long stretches of a run are wrong readings; what stands still at a place of an input, as with a dead
 //! zone or at a limit, is structure.
 
@@ -23,10 +23,8 @@ use super::places::comes_back;
 /// Windows are one in so many parts of a run, but of so many readings.
 const PARTS: usize = 20;
 const WINDOW: std::ops::RangeInclusive<usize> = 24..=400;
-/// Median distances from the median residual of a window from which a sample is trimmed, and one in how
-/// many at most.
-const FAR: f64 = 8.0;
-const TRIMMED: usize = 10;
+/// Samples of a spike of the prediction at most, which is no variation of it.
+const SPIKE: usize = 2;
 /// Slope of readings over predictions, and their scatter in parts of that of predictions, up to which
 /// they do not follow.
 const SLOPE: f64 = 0.3;
@@ -99,7 +97,7 @@ fn stretches(own: &Residuals, run: usize, readings: &[f64]) -> Vec<Range<usize>>
     if are_few { found } else { Vec::new() }
 }
 
-/// Standard deviations within a window, trimmed, and the slope of readings over predictions.
+/// Standard deviations within a window, and the slope of readings over predictions.
 struct Window {
     reading: f64,
     prediction: f64,
@@ -109,7 +107,7 @@ struct Window {
 
 impl Window {
     fn of(samples: &[(usize, f64, f64)]) -> Self {
-        let samples = &trimmed(samples);
+        let samples = &without_spikes(samples);
         let count = samples.len() as f64;
         let mean = |of: fn(&(usize, f64, f64)) -> f64| samples.iter().map(of).sum::<f64>() / count;
         let (reading, prediction) = (mean(|one| one.1), mean(|one| one.2));
@@ -129,19 +127,14 @@ impl Window {
     }
 }
 
-/// Samples without those whose residuals are far from their median.
-fn trimmed(samples: &[(usize, f64, f64)]) -> Vec<(usize, f64, f64)> {
-    let residual = |one: &(usize, f64, f64)| one.1 - one.2;
-    let mut residuals: Vec<f64> = samples.iter().map(residual).collect();
-    let middle = upper_median(&mut residuals).unwrap_or(0.0);
-    let distance = |one: &(usize, f64, f64)| (residual(one) - middle).abs();
-    let usual = upper_median(&mut samples.iter().map(distance).collect::<Vec<f64>>());
-    let far = FAR * usual.unwrap_or(0.0);
-    let mut left = samples.to_vec();
-    left.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let near = left.partition_point(|one| distance(one) <= far);
-    left.truncate(near.max(samples.len() - samples.len() / TRIMMED));
-    left
+/// Samples with the running median of their predictions: a mistyped input is a spike of few samples.
+fn without_spikes(samples: &[(usize, f64, f64)]) -> Vec<(usize, f64, f64)> {
+    let median = |at: usize| {
+        let near = at.saturating_sub(SPIKE)..(at + SPIKE + 1).min(samples.len());
+        upper_median(&mut samples[near].iter().map(|one| one.2).collect::<Vec<f64>>())
+    };
+    let each = samples.iter().enumerate();
+    each.map(|(at, one)| (one.0, one.1, median(at).unwrap_or(one.2))).collect()
 }
 
 /// A stretch with its ends where readings leave the line through its middle half for the prediction, with
