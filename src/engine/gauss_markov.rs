@@ -8,7 +8,7 @@
 //! noise as it stands.
 //!
 //! It begins anew with every block of samples: readings on both sides of a block's edge are taken
-//! for unrelated. It knows nothing of how a memory is found.
+//! for unrelated. How autocorrelated noise is found is not its business.
 
 use crate::engine::lanes::{Chunk, LANES, Lanes};
 

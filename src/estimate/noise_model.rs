@@ -2,7 +2,7 @@
 //!
 //! Two ways of the field, neither of which a plain fit takes:
 //!
-//! - *autocorrelated*: each residual component gets a level and, where its likelihood says so, a
+//! - *autocorrelated*: each residual component gets a level and, where its likelihood says so,
 //!   one or two first-order Gauss-Markov processes (`correlated_noise` for any measurand). They enter
 //!   the weights, so values change, too: the efficient estimate where the noise is of that form.
 //! - *sandwich*: values stay those of the plain fit; their covariance is `H⁻¹ B H⁻¹` with scores

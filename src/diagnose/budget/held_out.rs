@@ -66,12 +66,18 @@ impl Folded {
     /// prediction from values that the other folds hardly determine is wide, not wrong.
     pub fn predictive_gain(&self, term: usize) -> f64 {
         let (all, others) = self.with_and_without(term);
-        let of = |columns: &[usize]| {
-            let whole = self.evidence(&self.whole, columns);
-            let rest = |fold: &DMatrix<f64>| self.evidence(&(&self.whole - fold), columns);
-            self.folds.iter().map(|fold| whole - rest(fold)).sum::<f64>()
+        let without = self.evidence(&self.whole, &others);
+        let gain = |fold: &DMatrix<f64>| {
+            // What the other folds do not determine of the term predicts nothing.
+            let is_own = |column: &usize| !others.contains(column);
+            let is_shown = |column: &usize| !is_own(column) || self.is_known(fold, *column);
+            let with: Vec<usize> = all.iter().copied().filter(is_shown).collect();
+            let rest = &self.whole - fold;
+            let of_fold = without - self.evidence(&rest, &others);
+            of_fold - (self.evidence(&self.whole, &with) - self.evidence(&rest, &with))
         };
-        of(&others) - of(&all)
+        let gain: f64 = self.folds.iter().map(gain).sum();
+        if gain.is_finite() { gain } else { f64::NEG_INFINITY }
     }
 
     /// The drop of held-out squared residuals that a term brings, fold after fold: how far it closes the

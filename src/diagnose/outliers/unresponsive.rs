@@ -75,8 +75,9 @@ fn stretches(own: &Residuals, run: usize, readings: &[f64]) -> Vec<Range<usize>>
         return Vec::new();
     }
     let starts: Vec<usize> = (0..=present.len() - size).step_by(size / 2).collect();
+    let smooth = without_spikes(&present);
     let windows: Vec<Window> =
-        starts.iter().map(|start| Window::of(&present[*start..start + size])).collect();
+        starts.iter().map(|start| Window::of(&smooth[*start..start + size])).collect();
     let mut residuals: Vec<f64> = windows.iter().map(|one| one.residual).collect();
     let usual = upper_median(&mut residuals).unwrap_or(f64::INFINITY);
     let flagged: Vec<usize> =
@@ -107,7 +108,6 @@ struct Window {
 
 impl Window {
     fn of(samples: &[(usize, f64, f64)]) -> Self {
-        let samples = &without_spikes(samples);
         let count = samples.len() as f64;
         let mean = |of: fn(&(usize, f64, f64)) -> f64| samples.iter().map(of).sum::<f64>() / count;
         let (reading, prediction) = (mean(|one| one.1), mean(|one| one.2));

@@ -26,7 +26,8 @@ struct Reading {
 }
 
 /// For each base what beginning with a bin adds to its products with the model's columns and the
-/// residual, to its squared length, and what it shares with a column that began before.
+/// residual, to its squared length, and its product with what a column that began long before has there
+/// in its place: of one that began while the filter remembers it the product is smaller.
 pub(super) struct Onsets {
     /// Readings of the blocks in progress, by residual component.
     blocks: Vec<Vec<Reading>>,

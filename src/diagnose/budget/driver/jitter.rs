@@ -11,8 +11,9 @@ use super::{Competed, Search};
 
 /// The effect that is timestamp jitter.
 const JITTER: &str = "timestamp_jitter";
-/// Relative change of its size that is worth another round.
+/// Change of its size that is worth another round: relative, and in standard uncertainties.
 const CHANGED: f64 = 0.02;
+const HALF: f64 = 0.5;
 
 impl Search<'_> {
     /// Takes timestamp jitter that was found into the problem, where the library offers it, or the size
@@ -81,16 +82,17 @@ impl Search<'_> {
         plain.fitted.problem.reweight(&linear.fitted.fit.point);
         let found = noise(&plain, &selection, &judged.model, &self.outliers).jitter;
         drop(selection);
-        let Some(Jitter { variance, sigma, .. }) = found else { return Ok(None) };
+        let Some(Jitter { variance, sigma, score }) = found else { return Ok(None) };
         let value = variance.sqrt();
-        if (value / known.value - 1.0).abs() < CHANGED {
+        let sigma = 0.5 * sigma / value;
+        if (value - known.value).abs() < (CHANGED * known.value).max(HALF * sigma) {
             return Ok(None);
         }
         let mut with = linear.fitted.clone();
         with.problem.set_random(&known.parameter, value);
         let with = with.again(self.options)?;
         for own in self.noise.iter_mut().take(1) {
-            (own.value, own.sigma) = (value, 0.5 * sigma / value);
+            (own.value, own.sigma, own.ln_p) = (value, sigma, -0.5 * score * score);
         }
         Ok(Some(with))
     }

@@ -24,12 +24,12 @@ const WORTH: f64 = 0.01;
 pub(super) fn best_member(fitted: &Fitted, family: &Candidate) -> Option<(f64, usize)> {
     let mut scan = Scan::new(fitted, family)?;
     let Tried { members, paid, is_coarse } = scan.tried()?;
-    let found = if is_coarse { scan.best_by_runs() } else { None };
-    let value = match found {
-        Some(value) => value,
-        None => scan.best_of(&members)?.0,
-    };
-    Some((value, paid))
+    let whole = scan.best_of(&members);
+    let by_runs = if is_coarse { scan.best_by_runs() } else { None };
+    // With the finer grids all members of the range are paid for.
+    let paid = if by_runs.is_some() { paid } else { 2 * members.len() };
+    let best = whole.into_iter().chain(by_runs).max_by(|a, b| a.1.total_cmp(&b.1));
+    best.map(|(value, _)| (value, paid))
 }
 
 /// Share of a gain by which members differ that the readings do not tell apart.
@@ -79,7 +79,7 @@ impl Scan<'_> {
     /// together over many runs, lines are as narrow as all of them are long. With values of each run's
     /// own they are wider; where those explain most, the others are looked for. `None` where lines of
     /// runs are as narrow.
-    fn best_by_runs(&mut self) -> Option<f64> {
+    fn best_by_runs(&mut self) -> Option<(f64, f64)> {
         let Members::Range { from, to } = self.members else { return None };
         self.is_by_runs = true;
         let coarse = self.grid(*from, *to).filter(|grid| !grid.is_coarse);
@@ -91,7 +91,7 @@ impl Scan<'_> {
             let (low, high) = neighbours(&coarse, *at);
             self.best_of(&self.grid(low, high)?.members)
         });
-        near.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(value, _)| value)
+        near.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// The best value between two members about the best one.
