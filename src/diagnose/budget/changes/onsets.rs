@@ -128,3 +128,81 @@ fn squared(later: [[f64; 2]; 2], decay: States, gains: &Gains) -> [[f64; 2]; 2] 
     let own = |i: usize, j: usize| m[i][j] - along[i] - along[j] + whole;
     [[own(0, 0), own(0, 1)], [own(1, 0), own(1, 1)]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::budget::masked::Masked;
+    use crate::engine::gauss_markov::{GaussMarkov, Process};
+
+    const READINGS: usize = 60;
+    /// Samples of a block of the filter, and of a bin.
+    const BLOCK: usize = 35;
+    const BIN: usize = 6;
+
+    /// What is added to running sums of the whole column makes them those of the column that is whitened
+    /// from the first sample of each bin on, over blocks, missing readings and unequal weights.
+    #[test]
+    fn sums_are_those_of_the_columns_that_begin_there() {
+        let noise =
+            GaussMarkov::two(Process { share: 0.3, time: 2.0 }, Process { share: 0.5, time: 15.0 });
+        let value = |k: usize, phase: f64| (0.37 * k as f64 + phase).sin() + 0.4;
+        let mut gains: Vec<Gains> = Vec::new();
+        let mut filter = noise.filter();
+        for k in 0..READINGS {
+            if k == BLOCK {
+                filter = noise.filter();
+            }
+            // A bin begins with a reading that is missing.
+            gains.push(filter.next(1.3 * k as f64, k % 11 != 0 || k == 0));
+        }
+        let whitened = |phase: f64| -> Vec<f64> {
+            let mut states = BEGIN;
+            gains
+                .iter()
+                .enumerate()
+                .map(|(k, own)| own.take(&mut states, value(k, phase)))
+                .collect()
+        };
+        let [first, second, residual] = [0.0, 1.1, 2.3].map(whitened);
+        let bases = [whitened(3.1), whitened(4.5)];
+        let weight = 0.7;
+        let mut onsets = Onsets::new(2, 2, READINGS.div_ceil(BIN));
+        for k in (0..READINGS).filter(|k| gains[*k].weight > 0.0) {
+            let values = Values {
+                run: 0,
+                sample: k,
+                row: 0,
+                measurand: 0,
+                time: k as f64,
+                model: &[first[k], second[k]],
+                further: &[bases[0][k], bases[1][k]],
+                residual: residual[k],
+                gains: Some(&gains[k]),
+            };
+            onsets.see(&values, k / BIN, weight);
+        }
+        onsets.finish();
+        for (base, added) in bases.iter().zip(&onsets.added) {
+            for bin in 0..READINGS.div_ceil(BIN) {
+                let mut masked = Masked::default();
+                let (mut due, mut whole) = ([0.0; 4], [0.0; 4]);
+                for k in (0..READINGS).filter(|k| gains[*k].weight > 0.0) {
+                    let acts = k >= bin * BIN;
+                    let own = masked.next(Some(&gains[k]), base[k], acts);
+                    let columns = [first[k], second[k], residual[k]];
+                    for (at, column) in columns.iter().enumerate() {
+                        due[at] += weight * own * column;
+                        whole[at] += if acts { weight * base[k] * column } else { 0.0 };
+                    }
+                    due[3] += weight * own * own;
+                    whole[3] += if acts { weight * base[k] * base[k] } else { 0.0 };
+                }
+                for at in 0..4 {
+                    let found = whole[at] + added[(at, bin)];
+                    assert!((found - due[at]).abs() < 1e-10, "{bin} {at}: {found} {}", due[at]);
+                }
+            }
+        }
+    }
+}
