@@ -8,6 +8,8 @@ pub mod display;
 mod nearest;
 pub mod parse;
 
+use std::borrow::Cow;
+
 pub use dimension::{Dimension, Exponent};
 pub use display::DisplayUnits;
 pub use parse::parse_quantity;
@@ -221,9 +223,13 @@ pub const TABLE: &[Row] = &[
 /// micro sign.
 const SPELLINGS: [(&str, &str); 3] = [("°", "deg"), ("℃", "degC"), ("\u{3bc}", "\u{b5}")];
 
-/// A text in the characters of the table.
-fn spelled(text: &str) -> String {
-    SPELLINGS.iter().fold(text.to_owned(), |text, (other, own)| text.replace(other, own))
+/// A text in the characters of the table; most are.
+fn spelled(text: &str) -> Cow<'_, str> {
+    if text.is_ascii() {
+        return Cow::Borrowed(text);
+    }
+    let replaced = |text: String, (other, own): &(&str, &str)| text.replace(other, own);
+    Cow::Owned(SPELLINGS.iter().fold(text.to_owned(), replaced))
 }
 
 /// The row of a symbol.

@@ -41,7 +41,7 @@ impl Unit {
                 help: None,
             });
         }
-        Ok(Self { symbol: spelled(text.trim()), factor, offset: 0.0, dimension })
+        Ok(Self { symbol: spelled(text.trim()).into_owned(), factor, offset: 0.0, dimension })
     }
 }
 
