@@ -15,7 +15,7 @@
 //! | `noise_of_problem` | the same for one sample after the other, and the rms of it; levels of random quantities |
 //! | [`smoothed`] | what errors of smoothed streams add to readings |
 //! | `stated_sigma` | standard uncertainties that are stated as formulas |
-//! | [`gauss_markov`] | rows whitened along time, where noise is like itself for a while |
+//! | [`gauss_markov`] | rows whitened along time, where noise is autocorrelated |
 //! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
 //! | `negligible` | columns of angles that are nothing but rounding |
 //! | [`gram`] | the form of those sums, and what an estimator asks of a problem |

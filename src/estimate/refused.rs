@@ -92,11 +92,11 @@ pub fn outside_streams(problem: &Problem, point: &Point) -> Vec<Outside> {
                 continue;
             }
             run.record.walk(|stretch| {
+                let samples = stretch.samples;
+                let moving = moving_signals(&names.inputs, &samples.inputs);
+                let streams = samples.inputs.iter().zip(moving);
+                let streams: Vec<&Spline> = streams.filter_map(logged).collect();
                 for sample in stretch.each() {
-                    let samples = sample.samples;
-                    let moving = moving_signals(&names.inputs, &samples.inputs);
-                    let streams = samples.inputs.iter().zip(moving);
-                    let streams: Vec<&Spline> = streams.filter_map(logged).collect();
                     for (index, value, columns) in &each {
                         if samples.readings[columns.start][sample.at].is_nan() {
                             continue;

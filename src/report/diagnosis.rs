@@ -82,7 +82,7 @@ fn row(one: &Row) -> Value {
         "noncentrality": number(Some(one.gain.noncentrality())),
         "closes": number(Some(one.closes)),
         "alone": number(Some(one.alone)),
-        "held_out_drop": number(Some(one.held_out)),
+        "predictive_gain": number(Some(one.predictive_gain)),
         "aliases": one.aliases,
         "unmodelled_alias": one.unmodelled_alias,
         "confounded": confounded

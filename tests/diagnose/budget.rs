@@ -243,7 +243,7 @@ fn a_term_gains_what_the_fit_with_it_takes_off() {
 /// Each fifth of the runs, judged under fits of both models to the others, stated values with a
 /// fifth of their weight.
 #[test]
-fn a_held_out_drop_is_what_fits_to_the_other_folds_leave() {
+fn held_out_evidence_is_what_fits_to_the_other_folds_leave() {
     let (opened, problem) = drawn(&["collimation"], &["collimation.offset=4 arcsec"], 62);
     let fitted = fitted(&opened, problem);
     let linear = linear(&fitted, &["collimation", "encoder_eccentricity"], false);

@@ -84,7 +84,11 @@ fn the_gap_closes_on_readings_that_were_not_fitted_to() {
     let [row] = found.rows.as_slice() else { unreachable!("{:?}", found.rows) };
     assert!((row.closes - gap.closed).abs() < 0.01, "{} {gap:?}", row.closes);
     let within = gap.lambda.powi(2);
-    assert!((within..gap.held_out_drop).contains(&row.held_out), "{} {gap:?}", row.held_out);
+    assert!(
+        (within..gap.held_out_drop).contains(&row.predictive_gain),
+        "{} {gap:?}",
+        row.predictive_gain
+    );
     for ((name, before), (_, after)) in gap.before.iter().zip(&gap.after) {
         assert!(after <= before, "{name}");
     }

@@ -1,4 +1,4 @@
-//! Noise that is like itself for a while: what the engine's filter makes of rows against the
+//! Autocorrelated noise: what the engine's filter makes of rows against the
 //! covariance matrix written out.
 
 use homepoint::engine::gauss_markov::{GaussMarkov, Process};

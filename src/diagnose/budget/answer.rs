@@ -50,7 +50,7 @@ pub struct Row {
     /// Posterior probability that it, and not an alias or an unmodelled effect, is there.
     pub posterior: f64,
     /// Rise of twice the log predictive density of held-out readings.
-    pub held_out: f64,
+    pub predictive_gain: f64,
     /// Effects that these readings do not distinguish from it.
     pub aliases: Vec<String>,
     /// The unmodelled effect that would explain as much in its place, if there is one.

@@ -244,7 +244,7 @@ impl<'a> Budget<'a> {
             closes: 0.0,
             alone: (alone.excess() / self.total.max(f64::MIN_POSITIVE)).min(1.0),
             posterior: posterior(ln_bayes, others),
-            held_out: folded.predictive_gain(at),
+            predictive_gain: folded.predictive_gain(at),
             aliases,
             unmodelled_alias: blocks
                 .first()

@@ -3,8 +3,8 @@
 //! A line is as narrow as the recordings are long: a fixed grid of members would miss it. So the
 //! grid is made from the signatures themselves (`grid`). The constant is left open in one compiled
 //! program, `TOGETHER` members at once: one pass over the readings serves them all. What nominal
-//! parameters take up is taken off each of `FEW` members; of more, off the `BEST` by the plain gain.
-//! The best is polished between its neighbours; coupling between values of different runs is left
+//! parameters take up is taken off each of few members; of more, off the best by the plain gain. The
+//! best is polished between its neighbours (`best`); coupling between values of different runs is left
 //! aside. The best is then tested like any other candidate; every member of the grid is paid for,
 //! twice for the polishing. A list of members is looked through in the same way, as it stands.
 
@@ -34,6 +34,7 @@ use super::sampling::{Sampling, is_frequency, longest_period};
 
 /// Members in one pass over the readings: they share everything but their own columns.
 const TOGETHER: usize = 8;
+
 /// What was found before: the best member of each family, and the number of members.
 pub type Scanned = HashMap<String, (f64, usize)>;
 

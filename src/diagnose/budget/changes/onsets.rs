@@ -1,13 +1,13 @@
 //! Columns of changes under autocorrelated noise.
 //!
-//! What acts from a sample on is whitened from there on: the filter has seen nothing of it before. Let
-//! `p` be what the states of the whole column foresee at that sample. The column of the change is the
+//! A change that acts from a sample on is whitened from there on: the filter has seen nothing of it before.
+//! Let `p` be the states of the whole column as predicted for that sample. The column of the change is the
 //! whole one's from there on plus `h_k = w_k eᵀ δ_k`, where `δ` begins as `p` and follows
 //! `δ_{k+1} = D_{k+1} (I - K_k eᵀ) δ_k` (`D` the decays, `K` the gains, `w` the weight of a reading, `e`
 //! ones). At a step that is the difference between a spike and nothing.
 //!
-//! [`Onsets`] sums what that adds to products of columns for all moments at once, with the adjoint of the
-//! recursion, backwards over each block of the filter. Sample by sample it is
+//! [`Onsets`] sums the correction of the products of columns for all moments at once, with the adjoint of
+//! the recursion, backwards over each block of the filter. Sample by sample it is
 //! [`Masked`](crate::diagnose::budget::masked::Masked).
 
 use nalgebra::DMatrix;
@@ -64,7 +64,7 @@ impl Onsets {
 
     fn add(&mut self, block: &[Reading]) {
         let Some(last) = block.last() else { return };
-        // What the states of each base foresee of readings with which bins begin.
+        // Predicted states of each base at the readings with which bins begin.
         let mut states = vec![BEGIN; last.bases.len()];
         let foreseen: Vec<Option<Vec<States>>> = (0..block.len())
             .map(|k| {
