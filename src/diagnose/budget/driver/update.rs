@@ -42,12 +42,14 @@ impl Search<'_> {
             self.records.put_into(&mut fitted.problem);
             self.left_out = leave_out(&mut fitted.problem, linear, &outliers);
             self.outliers = outliers;
+            let fitted = self.without_rows(&failed(competed), linear, fitted)?;
             self.fitted = fitted.again(self.options)?;
             return Ok(true);
         }
         if found.autocorrelation.is_empty() {
             return Ok(false);
         }
+        let fitted = self.without_rows(&failed(competed), linear, fitted)?;
         self.take_autocorrelation(fitted, &found.autocorrelation)?;
         Ok(true)
     }
@@ -140,6 +142,25 @@ impl Search<'_> {
         relaxed || narrowed
     }
 
+    /// The fit without some of the rows that are in it. The library's form of each may come back.
+    fn without_rows(
+        &mut self,
+        leave: &[usize],
+        linear: &Linear,
+        mut fitted: Fitted,
+    ) -> Result<Fitted, FitError> {
+        for row in leave {
+            let name = &linear.terms[*row].name;
+            if let Some(selected) = effect_of(&fitted, name).cloned() {
+                fitted = fitted.without(&[&selected], self.options)?;
+            }
+            self.rows.retain(|own| own.name != *name);
+            self.wanted.variants.remove(name);
+            self.log.push(format!("{name} leaves the fit"));
+        }
+        Ok(fitted)
+    }
+
     /// Puts the rows that stand into the fit, and no others; whether the fit changed.
     pub(super) fn take_rows(&mut self, competed: &Competed) -> Result<bool, FitError> {
         let Competed { linear, judged, .. } = competed;
@@ -164,16 +185,7 @@ impl Search<'_> {
         self.seen.push(names);
         let selection = self.selection_of(competed);
         let mut fitted = linear.fitted.clone();
-        for row in &leave {
-            let name = &linear.terms[*row].name;
-            if let Some(selected) = effect_of(&fitted, name).cloned() {
-                fitted = fitted.without(&[&selected], self.options)?;
-            }
-            self.rows.retain(|own| own.name != *name);
-            // The library's form of it may come back.
-            self.wanted.variants.remove(name);
-            self.log.push(format!("{name} leaves the fit"));
-        }
+        fitted = self.without_rows(&leave, linear, fitted)?;
         for term in &enter {
             let rest = without(&judged.model, *term);
             let start = linear.start(&selection, &rest, *term);
@@ -198,4 +210,12 @@ impl Search<'_> {
         self.fitted = fitted;
         Ok(true)
     }
+}
+
+/// Rows in the fit that did not stand: other noise than that under which they were judged is no reason to
+/// keep them, and beside it they may be named again.
+fn failed(Competed { linear, judged, .. }: &Competed) -> Vec<usize> {
+    let mut failed = linear.rows();
+    failed.retain(|row| judged.objections.iter().any(|(term, _)| term == row));
+    failed
 }
