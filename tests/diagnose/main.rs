@@ -21,6 +21,7 @@ mod beside_remainder;
 mod between_runs;
 mod budget;
 mod bursts;
+mod changed_runs;
 mod clock_steps;
 mod codes;
 mod confounded;

@@ -18,6 +18,7 @@ use crate::diagnose::thresholds::ENTER;
 
 mod moments;
 mod onsets;
+mod runs;
 mod taken_up;
 
 /// Moments tried at most in the first pass.
@@ -26,13 +27,13 @@ const MOST_BINS: usize = 1500;
 const MOST_STRONG: usize = 4;
 /// Change points that enter the competition in a round at most.
 const MOST_CHANGES: usize = 4;
-/// Share of a row's log Bayes factor that a change in its place has at least: it may stand for this
-/// row and another one.
+/// Share of the log Bayes factor of a row or a block that a change in its place has at least: it may
+/// stand for this term and another one.
 const IN_PLACE: f64 = 0.5;
 
 impl Linear {
-    /// Change points beside a model, and beside the model without each of its rows, that are worth
-    /// their price: the best of each kind.
+    /// Change points beside a model, and beside the model without each of its rows and blocks, that are
+    /// worth their price: the best of each kind.
     pub fn changes(&self, selection: &Selection<'_>, model: &[usize]) -> Vec<Change> {
         let bases = self.bases();
         let mut runs: Vec<usize> = (0..self.order.len()).collect();
@@ -44,12 +45,13 @@ impl Linear {
             let firsts = (0..self.fitted.problem.samples_in(*run)).step_by(step);
             bins.extend(firsts.map(|first| (*run, first)));
         }
-        let rows = selection.rows_of(model).into_iter().map(|row| without(model, row));
+        let may_hide = |term: &usize| selection.terms[*term].change.is_none();
+        let rows = model.iter().filter(|term| may_hide(term)).map(|row| without(model, *row));
         let models: Vec<Vec<usize>> = std::iter::once(model.to_vec()).chain(rows).collect();
         let own: Vec<f64> = model
             .iter()
             .zip(selection.contributions(model))
-            .filter(|(term, _)| selection.terms[**term].is_effect())
+            .filter(|(term, _)| may_hide(term))
             .map(|(term, gain)| IN_PLACE * selection.ln_bayes_factor(*term, gain))
             .collect();
         let least: Vec<f64> = std::iter::once(ENTER).chain(own).collect();
@@ -99,6 +101,7 @@ impl Linear {
         Change::keep_one_of_a_kind(&mut found, MOST_CHANGES);
         let siblings: Vec<Change> = found.iter().flat_map(|one| self.siblings(one)).collect();
         found.extend(siblings);
+        found.extend(self.runs_in_place(selection, model));
         found
     }
 

@@ -9,7 +9,7 @@
 
 use super::selection::exchange::Exchange;
 use super::selection::{Ranked, Selection};
-use super::terms::without;
+use super::terms::{Term, without};
 use crate::diagnose::price::ROUNDING;
 use crate::diagnose::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};
 
@@ -156,7 +156,9 @@ impl Selection<'_> {
                 let term = &self.terms[block];
                 !term.is_effect() && !term.is_of_runs() && term.columns.len() <= degrees
             };
-            let simple = pools.blocks.iter().filter(|block| is_simple(**block, widest));
+            let is_change = |block: usize| self.terms[block].change.is_some();
+            let is_tried = |block: &&usize| is_simple(**block, widest) || is_change(**block);
+            let simple = pools.blocks.iter().filter(is_tried);
             let pool: Vec<usize> = pools.effects.iter().chain(simple).copied().collect();
             let exchange = Exchange::new(self, &model, &pool);
             let mut best: Option<(f64, usize, usize)> = None;
@@ -166,7 +168,12 @@ impl Selection<'_> {
                 let tie = TIE.max(ROUNDING * own);
                 let effect = effect.filter(|one| one.ln_bayes >= ENTER.max(own + tie));
                 let is_plain = |block: usize| is_simple(block, gain.degrees);
-                let block = if is_effect(*term) { exchange.best(&[*term], is_plain) } else { None };
+                let block = match &self.terms[*term] {
+                    own if own.is_effect() => exchange.best(&[*term], is_plain),
+                    // A wide block may follow one change.
+                    own if own.change.is_none() => exchange.best(&[*term], is_change),
+                    _ => None,
+                };
                 let block = block.filter(|one| one.ln_bayes >= ENTER.max(own) + tie);
                 for found in effect.into_iter().chain(block) {
                     let gained = found.ln_bayes - own;
@@ -205,7 +212,8 @@ impl Selection<'_> {
             let (scale, evidence) = (self.scale.clone(), self.ln_evidence(&model));
             let rest = without(&model, block);
             let is_new = |found: &[usize]| found.iter().any(|term| !model.contains(term));
-            let (grown, mut steps) = self.grown_in_place(&rest, &pools.effects, &scale);
+            let pool = self.in_place_of(block, pools);
+            let (grown, mut steps) = self.grown_in_place(&rest, &pool, &scale);
             if !is_new(&grown) {
                 continue;
             }
@@ -229,6 +237,18 @@ impl Selection<'_> {
             }
         }
         model
+    }
+
+    /// What may grow in the place of a block: effects, and of one with a value for each run the runs that
+    /// are known to differ.
+    fn in_place_of(&self, block: usize, pools: &Pools) -> Vec<usize> {
+        let Term { candidate, .. } = self.terms[block];
+        let is_run = |term: &&usize| {
+            let change = self.terms[**term].change.as_ref();
+            self.terms[block].is_of_runs()
+                && change.is_some_and(|one| one.base.candidate == candidate)
+        };
+        pools.effects.iter().chain(pools.blocks.iter().filter(is_run)).copied().collect()
     }
 
     /// A model in which effects have grown one after the other, or from the best two at once: two that
