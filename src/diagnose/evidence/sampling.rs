@@ -9,6 +9,7 @@
 
 use crate::diagnose::library::candidate::Candidate;
 use crate::engine::{Part, Problem};
+use crate::statistics::upper_median;
 use crate::units::Unit;
 
 /// Standard deviation of sampling times from even ones, in intervals, below which they are even.
@@ -17,6 +18,8 @@ const EVEN: f64 = 0.1;
 const PARTS: u32 = 24;
 /// The least part of its period for which a wave is recorded.
 const HALF_PERIOD: f64 = 0.5;
+/// Rows that are there of those that an even grid has, at least.
+const PRESENT: f64 = 0.5;
 /// How near to a multiple, in parts.
 const NEAR: f64 = 1e-3;
 
@@ -39,19 +42,13 @@ impl Sampling {
             .iter()
             .flat_map(|part| &part.runs)
             .map(|run| {
-                let [first, last] = run.record.ends(|samples| &samples.run_time)?;
-                let mut squares = 0.0;
+                let mut times = Vec::with_capacity(run.record.len());
                 run.record.walk(|stretch| {
                     let samples = stretch.samples;
-                    for at in stretch.range() {
-                        squares += (samples.run_time[at] - samples.uniform_time[at]).powi(2);
-                    }
+                    let jumped = |at: usize| samples.jump_time.get(at).copied().unwrap_or(0.0);
+                    times.extend(stretch.range().map(|at| samples.run_time[at] - jumped(at)));
                 });
-                let count = run.record.len() as f64;
-                let duration = last - first;
-                let interval = duration / (count - 1.0);
-                let is_even = count > 2.0 && squares < count * (EVEN * interval).powi(2);
-                (is_even && interval > 0.0).then_some((interval, duration))
+                grid(&times)
             })
             .collect();
         let all = || problem.parts.iter().flat_map(|part| &part.runs);
@@ -90,6 +87,40 @@ impl Sampling {
         let even = self.runs.get(run).copied().flatten();
         even.is_some_and(|(interval, _)| from_multiple(frequency, interval) < below)
     }
+}
+
+/// Interval and duration (s) of times on an even grid, some of which may be missing; `None` where they
+/// are not.
+fn grid(times: &[f64]) -> Option<(f64, f64)> {
+    let mut intervals: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
+    let interval = upper_median(&mut intervals).filter(|one| *one > 0.0)?;
+    let (first, last) = (*times.first()?, *times.last()?);
+    // The number of each on the grid, from the one before; then the grid by least squares.
+    let mut number = 0.0;
+    let steps = times.windows(2).map(|two| ((two[1] - two[0]) / interval).round());
+    let numbers: Vec<f64> = std::iter::once(0.0)
+        .chain(steps.map(|step| {
+            number += step;
+            number
+        }))
+        .collect();
+    let count = times.len() as f64;
+    let (mean_number, mean) =
+        (numbers.iter().sum::<f64>() / count, times.iter().sum::<f64>() / count);
+    let (mut square, mut along) = (0.0, 0.0);
+    for (number, time) in numbers.iter().zip(times) {
+        square += (number - mean_number).powi(2);
+        along += (number - mean_number) * (time - mean);
+    }
+    let interval = along / square;
+    let far =
+        |(number, time): (&f64, &f64)| (time - mean - interval * (number - mean_number)).powi(2);
+    let squares: f64 = numbers.iter().zip(times).map(far).sum();
+    let is_even = count > 2.0
+        && interval > 0.0
+        && squares < count * (EVEN * interval).powi(2)
+        && count > PRESENT * number;
+    is_even.then_some((interval, last - first))
 }
 
 /// The longest period (s) of which some setup lasts a half.
@@ -181,6 +212,26 @@ mod tests {
         assert!(alike.is_blind(5.1) && !alike.is_blind(4.9));
         let uneven = Sampling::made(vec![None]);
         assert!(!uneven.is_blind(20.0) && !uneven.is_slow_in(0, 20.0, 0.5));
+    }
+
+    /// Rows that are missing make no other frequencies distinguishable.
+    #[test]
+    fn times_on_a_grid_are_even_with_rows_missing() {
+        let all = (0..400).map(|row| 0.1 * f64::from(row) + 2e-3 * f64::from(row * row % 7));
+        let some = |is_there: &dyn Fn(usize) -> bool| -> Vec<f64> {
+            all.clone()
+                .enumerate()
+                .filter(|(row, _)| is_there(*row))
+                .map(|(_, time)| time)
+                .collect()
+        };
+        for times in [some(&|_| true), some(&|row| row % 19 != 3), some(&|row| row * row % 5 < 2)] {
+            let (interval, duration) = grid(&times).unwrap();
+            assert!((interval - 0.1).abs() < 1e-5 && (duration - 39.9).abs() < 0.3, "{interval}");
+            assert!(Sampling::made(vec![Some((interval, duration))]).is_blind(7.7));
+        }
+        let uneven: Vec<f64> = (0..400).map(|row| f64::from(row).powf(1.3)).collect();
+        assert!(grid(&uneven).is_none() && grid(&[1.0]).is_none() && grid(&[]).is_none());
     }
 
     #[test]

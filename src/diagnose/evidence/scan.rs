@@ -26,6 +26,7 @@ use crate::effect::Members;
 use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::system::{Selected, System};
+use crate::units::Dimension;
 
 use self::best::best_member;
 use self::opened::opened;
@@ -106,6 +107,8 @@ struct Scan<'a> {
     sampling: Option<(Sampling, f64)>,
     /// The longest period (s) of a family of waves over time that a setup shows.
     longest: f64,
+    /// Whether its members are no frequencies, periods or time constants.
+    is_over_motion: bool,
 }
 
 /// The first part of the key of what holds together over a run.
@@ -118,8 +121,9 @@ impl<'a> Scan<'a> {
         let effect = &family.selected.effect;
         let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
         let lowest = declared.members.series(2).into_iter().fold(f64::INFINITY, f64::min);
-        let sampling = is_frequency(&declared.unit);
-        let sampling = sampling.then(|| (Sampling::of(problem, family.is_of_runs()), lowest));
+        let is_in_time = is_frequency(&declared.unit);
+        let is_over_motion = !is_in_time && declared.unit.dimension != Dimension::TIME;
+        let sampling = is_in_time.then(|| (Sampling::of(problem, family.is_of_runs()), lowest));
         let is_of_time = family.place.as_ref().is_some_and(Place::is_over_time);
         let longest = if is_of_time { longest_period(problem) } else { f64::INFINITY };
         if lowest > longest {
@@ -158,6 +162,7 @@ impl<'a> Scan<'a> {
             is_by_runs,
             sampling,
             longest,
+            is_over_motion,
         })
     }
 

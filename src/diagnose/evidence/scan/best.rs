@@ -26,9 +26,11 @@ pub(super) fn best_member(fitted: &Fitted, family: &Candidate) -> Option<(f64, u
     let Tried { members, paid, is_coarse } = scan.tried()?;
     let whole = scan.best_of(&members);
     let by_runs = if is_coarse { scan.best_by_runs() } else { None };
+    let of_first = if is_coarse { scan.best_of_first() } else { None };
     // With the finer grids all members of the range are paid for.
-    let paid = if by_runs.is_some() { paid } else { 2 * members.len() };
-    let best = whole.into_iter().chain(by_runs).max_by(|a, b| a.1.total_cmp(&b.1));
+    let paid = if by_runs.is_some() || of_first.is_some() { paid } else { 2 * members.len() };
+    let found = whole.into_iter().chain(by_runs).chain(of_first);
+    let best = found.max_by(|a, b| a.1.total_cmp(&b.1));
     best.map(|(value, _)| (value, paid))
 }
 
@@ -92,6 +94,15 @@ impl Scan<'_> {
             self.best_of(&self.grid(low, high)?.members)
         });
         near.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The best member near the low end of a range of waves over what moves, of which a grid has too
+    /// many: a long way has room for more fine waves than samples show, and it is the long ones that these
+    /// show best. `None` of other families.
+    fn best_of_first(&self) -> Option<(f64, f64)> {
+        let Members::Range { from, to } = self.members else { return None };
+        let grid = if self.is_over_motion { self.first_of(*from, *to) } else { Vec::new() };
+        self.best_of(&grid)
     }
 
     /// The best value between two members about the best one.

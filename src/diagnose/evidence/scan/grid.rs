@@ -90,6 +90,17 @@ impl Scan<'_> {
             by *= 1.5;
         }
     }
+
+    /// As many members from the low end of a range on as may be tried, so near to each other that none
+    /// between them is missed.
+    pub(super) fn first_of(&self, from: f64, to: f64) -> Vec<f64> {
+        let step = self.step(from, 1.0, 0.5 * (to - from));
+        if step <= 0.0 || !step.is_finite() {
+            return Vec::new();
+        }
+        let all = (0..self.most()).map(|number| from + number as f64 * step);
+        all.take_while(|value| *value <= to).filter(|value| !self.is_blind(*value)).collect()
+    }
 }
 
 /// The members of a range so far apart that are not blind; `None` where there are more than `most`.

@@ -24,8 +24,8 @@ const FINEST_OF_TEETH: usize = 400;
 const ANY: (f64, f64) = (0.02, 12.0);
 /// Turns that an angle goes through at least for such waves.
 const MANY_TURNS: f64 = 3.0;
-/// Angles over which waves of readings are looked for, at most.
-const ANGLES: usize = 4;
+/// Angles, or lengths, over which waves of readings are looked for, at most.
+const MOST_OVER: usize = 4;
 
 /// Waves over the reading of a circle, finer than so many a turn.
 pub(super) fn over_circle(angle: &str, orders: usize) -> Covariate {
@@ -78,7 +78,7 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
 pub(super) fn over_lengths(model: &Model) -> impl Iterator<Item = Covariate> {
     let is_length = |input: &&InputDeclaration| input.unit.dimension == Dimension::LENGTH;
     let is_wanted =
-        directions(model).is_empty() && model.inputs.iter().filter(is_length).count() <= FEW;
+        directions(model).is_empty() && model.inputs.iter().filter(is_length).count() <= MOST_OVER;
     let lengths = model.inputs.iter().filter(move |input| is_wanted && is_length(input));
     lengths.map(|input| over_length(&input.name))
 }
@@ -88,7 +88,7 @@ pub(super) fn over_lengths(model: &Model) -> impl Iterator<Item = Covariate> {
 pub(super) fn over_angles(model: &Model) -> impl Iterator<Item = Covariate> {
     let is_angle = |input: &&InputDeclaration| input.unit.is_angle();
     let is_wanted =
-        directions(model).is_empty() && model.inputs.iter().filter(is_angle).count() <= ANGLES;
+        directions(model).is_empty() && model.inputs.iter().filter(is_angle).count() <= MOST_OVER;
     let angles = model.inputs.iter().filter(move |input| is_wanted && is_angle(input));
     angles.flat_map(|input| {
         let fine = halves().chain(finer(orders(model)));
@@ -108,7 +108,7 @@ pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> 
     let counted = model.inputs.iter().filter(|input| input.period.is_none());
     let angles = counted.filter(turns).map(|input| any_order_over(&input.name));
     let angles: Vec<Covariate> = angles.collect();
-    if directions(model).is_empty() && angles.len() <= ANGLES { angles } else { Vec::new() }
+    if directions(model).is_empty() && angles.len() <= MOST_OVER { angles } else { Vec::new() }
 }
 
 fn any_order_over(angle: &str) -> Covariate {
