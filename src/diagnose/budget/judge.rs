@@ -140,10 +140,14 @@ impl Selection<'_> {
             let is_own = self.terms[model[*at]].is_own;
             let rest = if is_own { self.excess_beside(model, &gains, *at, is_form) } else { rest };
             let beside = if rest > 0.0 { ROW_BESIDE_REMAINDER } else { 0.0 };
-            let least = ROW.max(SHARE_OF_REMAINDER * rest).max(beside);
+            let least = ROW.max(beside);
+            let is_small = || {
+                let is_part = gain < SHARE_OF_REMAINDER * rest;
+                gain < least || is_part && !self.needs_its_form(model, *at, gains[*at], blocks)
+            };
             let objection = if drops[row] < HELD_OUT {
                 Some(Objection::HeldOut(drops[row]))
-            } else if gain < least {
+            } else if is_small() {
                 Some(Objection::Small(gain.sqrt()))
             } else if !is_own && rest > 0.0 && gain > BORROWED * without_blocks[row].gain {
                 // Whether blocks do as well as a cause that a user suspects is condition 7.
@@ -195,7 +199,9 @@ impl Selection<'_> {
                 let margin = if own.variant == Some(Variant::EachSetup) {
                     // Those of a cause that a user suspects are no less probable than forms.
                     if own.is_own { 0.0 } else { RELAXED_MARGIN }
-                } else if gain < SMALL_ROW * rest_of(at) {
+                } else if gain < SMALL_ROW * rest_of(at)
+                    && !self.needs_its_form(model, at, gains[at], blocks)
+                {
                     MARGIN
                 } else if own.is_own {
                     // Within a tie the cause that a user suspects stands.

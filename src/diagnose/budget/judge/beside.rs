@@ -8,7 +8,7 @@ use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::solved::Solved;
 use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::price::Gain;
-use crate::diagnose::thresholds::{TIE, ZERO};
+use crate::diagnose::thresholds::{ENTER, TIE, ZERO};
 use crate::statistics::ln_chi_squared;
 
 /// Share of the squared length of a row's form that a block leaves, below which it has this form.
@@ -45,6 +45,27 @@ impl Selection<'_> {
             !own.is_empty()
                 && own.len() <= width
                 && self.form_left(&[*block], model, row) < SAME_FORM * whole
+        })
+    }
+
+    /// Whether what stands in the place of a row is a block that has its form and explains no more: then it
+    /// is not the form of other blocks that it mends.
+    pub(super) fn needs_its_form(
+        &self,
+        model: &[usize],
+        at: usize,
+        gain: Gain,
+        blocks: &[usize],
+    ) -> bool {
+        let row = model[at];
+        let rest: Vec<usize> = without(model, row).into_iter().map(|one| self.whole(one)).collect();
+        let ranked = self.ranked(&rest, blocks);
+        ranked.first().is_some_and(|best| {
+            let own = self.ln_bayes_factor(row, gain);
+            let left = self.form_left(&[best.term], model, row);
+            best.ln_bayes >= ENTER
+                && best.ln_bayes <= own + TIE
+                && left < SAME_FORM * self.form_left(&[], model, row)
         })
     }
 
