@@ -154,9 +154,8 @@ fn searched(
 
 /// Whether what a search found leaves far more than is stated, or autocorrelated noise.
 fn is_poor(found: &Found) -> bool {
-    let Fitted { problem, fit, .. } = &found.competed.linear.fitted;
-    let freedom = problem.component_count().saturating_sub(problem.layout.columns.len()).max(1);
-    problem.has_memory() || fit.cost > FAR_BEYOND_STATED.powi(2) * freedom as f64
+    let fitted = &found.competed.linear.fitted;
+    fitted.problem.has_memory() || fitted.variance_factor() > FAR_BEYOND_STATED.powi(2)
 }
 
 /// The same where a stated value is wrong altogether, which was set free: it is a part of the

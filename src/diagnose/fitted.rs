@@ -24,6 +24,13 @@ impl Fitted {
         self.fit.outcome.is_result()
     }
 
+    /// Chi squared for each degree of freedom.
+    pub fn variance_factor(&self) -> f64 {
+        let columns = self.problem.layout.columns.len();
+        let freedom = self.problem.component_count().saturating_sub(columns).max(1);
+        self.fit.cost / freedom as f64
+    }
+
     /// The value of a component of the same parameter here, as of another layout.
     pub fn value(&self, one: &Instance, component: usize) -> Option<f64> {
         let (layout, point) = (&self.problem.layout, &self.fit.point);

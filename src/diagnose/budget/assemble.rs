@@ -229,7 +229,9 @@ impl<'a> Budget<'a> {
             .map(|one| linear.terms[one.term].name.clone())
             .collect();
         let blocks = selection.ranked(&rest, &pools.blocks);
-        let others = rivals.iter().chain(blocks.first()).map(|one| one.ln_bayes);
+        // A block of nearly the form of a cause that a user suspects is no other cause.
+        let other = |one: &&RankedTerm| !selection.is_nearly_own(self.model, term, one.term);
+        let others = rivals.iter().chain(blocks.iter().find(other)).map(|one| one.ln_bayes);
         let selected = effect_of(&linear.fitted, &own.name);
         let alone = selection.gain(&[], term);
         Row {

@@ -96,7 +96,8 @@ impl Linear {
             );
         }
         let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);
-        found.retain(|one| ln_bayes(one) >= ENTER);
+        let known = || model.iter().filter_map(|term| selection.terms[*term].change.as_ref());
+        found.retain(|one| ln_bayes(one) >= ENTER && !known().any(|known| one.is_near(known)));
         found.sort_by(|a, b| ln_bayes(b).total_cmp(&ln_bayes(a)));
         Change::keep_one_of_a_kind(&mut found, MOST_CHANGES);
         let siblings: Vec<Change> = found.iter().flat_map(|one| self.siblings(one)).collect();
@@ -154,6 +155,10 @@ impl Linear {
             let block = &self.candidates[change.base.candidate];
             let (part, run) = self.fitted.problem.run_at(change.at.0);
             let name = self.fitted.problem.parts[part].run_name(run);
+            let appended = self.terms.iter_mut().filter(|term| term.appended().is_some());
+            for term in appended {
+                term.may_enter &= !term.change.as_ref().is_some_and(|one| one.is_near(&change));
+            }
             let extent = self.extent(&change);
             let place = block.place.as_ref().map(|place| place.within(&name, extent));
             let (name, columns) = (format!("change of {}", block.name), vec![vec![(column, 1.0)]]);

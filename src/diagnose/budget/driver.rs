@@ -147,7 +147,8 @@ impl Search<'_> {
             search.take_members()?;
             let Some(competed) = search.compete()? else { return Ok(None) };
             if round < ROUNDS
-                && (search.take_beyond_linear(&competed)?
+                && (search.take_implausible(&competed)?
+                    || search.take_beyond_linear(&competed)?
                     || search.take_noise(&competed)?
                     || search.take_rows(&competed)?
                     || search.take_curved(&competed)?

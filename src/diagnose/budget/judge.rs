@@ -218,7 +218,14 @@ impl Selection<'_> {
                 // Where nothing remains, a block of the same form is no evidence against it.
                 let may_tie = rest <= 0.0 && margin <= 0.0 && own <= TIE;
                 let is_tie = || may_tie && self.has_its_form(model, model[at], blocks);
-                let is_replaced = own > -margin && !is_tie();
+                let is_nearly_own = || {
+                    let width = self.terms[model[at]].columns.len();
+                    let is_simple =
+                        |block: &&usize| (1..=width).contains(&self.terms[**block].columns.len());
+                    let mut all = blocks.iter().filter(is_simple);
+                    all.any(|block| self.is_nearly_own(model, model[at], *block))
+                };
+                let is_replaced = own > -margin && !is_tie() && !is_nearly_own();
                 (is_replaced || one_cause).then_some((row, Objection::Replaced(own)))
             };
             let two = |(first, second): (usize, usize)| {

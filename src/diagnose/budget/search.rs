@@ -174,7 +174,10 @@ impl Selection<'_> {
                     own if own.change.is_none() => exchange.best(&[*term], is_change),
                     _ => None,
                 };
-                let block = block.filter(|one| one.ln_bayes >= ENTER.max(own) + tie);
+                let block = block.filter(|one| {
+                    one.ln_bayes >= ENTER.max(own) + tie
+                        && !self.is_nearly_own(&model, *term, one.term)
+                });
                 for found in effect.into_iter().chain(block) {
                     let gained = found.ln_bayes - own;
                     if best.is_none_or(|(known, ..)| gained > known) {

@@ -39,7 +39,26 @@ pub struct Change {
     pub members: usize,
 }
 
+/// Samples of a stretch at least: fewer are outliers.
+pub const LEAST_STRETCH: usize = 8;
+
 impl Change {
+    /// Whether it is another one in nearly the same samples: the two together would be outliers at their
+    /// ends.
+    pub fn is_near(&self, other: &Self) -> bool {
+        let near = |a: usize, b: usize| a.abs_diff(b) < LEAST_STRETCH;
+        let is_same_end = match (self.end, other.end) {
+            (Some(own), Some(other)) => near(own, other),
+            (own, other) => own == other,
+        };
+        let place = |one: &Self| (one.base, one.at, one.end);
+        self.base == other.base
+            && self.at.0 == other.at.0
+            && near(self.at.1, other.at.1)
+            && is_same_end
+            && place(self) != place(other)
+    }
+
     /// Keeps of changes, best first, the first of each value from a moment on and in a stretch, and
     /// so many at most.
     pub fn keep_one_of_a_kind(all: &mut Vec<Self>, most: usize) {

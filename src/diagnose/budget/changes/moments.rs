@@ -8,13 +8,11 @@ use super::taken_up::{Across, EndProducts, TakenUp};
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::selection::normal::Factored;
-use crate::diagnose::budget::terms::{Base, Change};
+use crate::diagnose::budget::terms::{Base, Change, LEAST_STRETCH};
 use crate::diagnose::library::place::Place;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::ENTER;
 
-/// Samples of a stretch at least: fewer are outliers.
-const LEAST_STRETCH: usize = 8;
 /// Places in a run at which a stretch begins or ends at most.
 const MOST_ENDS: usize = 40;
 /// Rounds in which both ends of a stretch are looked for bin by bin.

@@ -6,10 +6,16 @@ use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::selection::Ranked;
 use crate::diagnose::budget::terms::Term;
+use crate::diagnose::budget::verdict::FAR_BEYOND_STATED;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::variant::Variant;
+use crate::diagnose::outliers::records::Records;
 use crate::diagnose::thresholds::{ENTER, MOST_ROWS};
+use crate::effect::Acts;
+use crate::engine::layout::Instance;
 use crate::estimate::batch::FitError;
+use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::minima::improved;
 
 use super::Search;
 
@@ -17,6 +23,9 @@ use super::Search;
 const SERIOUS: usize = 3;
 /// Gain of a serious candidate, in parts of the best.
 const SERIOUS_SHARE: f64 = 0.5;
+
+/// A fit from other starts leaves so many times less.
+const FAR_LESS: f64 = 2.0;
 
 /// A candidate in the fit.
 pub(super) struct Refitted {
@@ -118,13 +127,39 @@ impl Search<'_> {
                 break;
             };
             let curved = self.better_curved(&linear, &selection, &model, Some(&next))?;
-            self.enter(&linear, curved.unwrap_or(next));
+            let next = curved.unwrap_or(next);
+            let acts = linear.candidates[next.term].selected.effect.acts;
+            let is_first_clock = self.rows.is_empty() && acts == Acts::Timing;
+            self.enter(&linear, next);
+            if is_first_clock {
+                self.take_other_starts()?;
+            }
             fresh = Some(Vec::new());
         }
         if fresh.is_some() {
             self.scanned.effects.clear();
         }
         Ok(true)
+    }
+
+    /// Looks for other starts where the first row is an error of a clock and leaves far more than is stated.
+    /// A motion that repeats is like itself: without that row the best delays may have been those of another
+    /// cycle.
+    fn take_other_starts(&mut self) -> Result<(), FitError> {
+        let is_poor = self.fitted.variance_factor() > FAR_BEYOND_STATED.powi(2);
+        let has_delays = self.fitted.problem.layout.instances.iter().any(Instance::is_delay);
+        if !is_poor || !has_delays {
+            return Ok(());
+        }
+        let (other, _) = improved(self.fitted.problem.clone());
+        let Calibration { problem, fit, .. } = calibrate(other, self.options)?;
+        if fit.outcome.is_result() && fit.cost * FAR_LESS < self.fitted.fit.cost {
+            self.log.push("another start is better beside it".to_owned());
+            // Streams may cover fewer readings there.
+            self.records = Records::of(&problem);
+            self.fitted = Fitted { problem, fit, recipes: self.fitted.recipes.clone() };
+        }
+        Ok(())
     }
 
     /// A refitted candidate is the fit from now on.

@@ -42,7 +42,6 @@ impl Search<'_> {
             self.records.put_into(&mut fitted.problem);
             self.left_out = leave_out(&mut fitted.problem, linear, &outliers);
             self.outliers = outliers;
-            let fitted = self.without_rows(&failed(competed), linear, fitted)?;
             self.fitted = fitted.again(self.options)?;
             return Ok(true);
         }
@@ -140,6 +139,26 @@ impl Search<'_> {
             self.objections.clear();
         }
         relaxed || narrowed
+    }
+
+    /// Takes rows out of the fit whose values, beside all that entered after them, cannot be; whether there
+    /// are such.
+    pub(super) fn take_implausible(
+        &mut self,
+        Competed { linear, .. }: &Competed,
+    ) -> Result<bool, FitError> {
+        let can_be = |row: &usize| {
+            !linear.terms[*row].is_effect() || linear.is_plausible(&linear.fitted, *row)
+        };
+        let leave: Vec<usize> = linear.rows().into_iter().filter(|row| !can_be(row)).collect();
+        if leave.is_empty() {
+            return Ok(false);
+        }
+        for row in &leave {
+            self.refuse_size(&linear.terms[*row]);
+        }
+        self.fitted = self.without_rows(&leave, linear, linear.fitted.clone())?;
+        Ok(true)
     }
 
     /// The fit without some of the rows that are in it. The library's form of each may come back.

@@ -179,6 +179,13 @@ impl Selection<'_> {
         self.across(&self.factored(beside), &[whole]).left[(0, 0)]
     }
 
+    /// Whether a row of a model is a cause that a user suspects, and a block has nearly its form: what the
+    /// block does better, such as at a few readings where a formula is rounded off, is for what remains.
+    pub fn is_nearly_own(&self, model: &[usize], row: usize, block: usize) -> bool {
+        let left = |beside: &[usize]| self.form_left(beside, model, row);
+        self.terms[row].is_own && left(&[block]) < OWN_SHARE * left(&[])
+    }
+
     /// Squared length of what a model leaves of the form that a term has in another one.
     pub fn form_left(&self, beside: &[usize], model: &[usize], term: usize) -> f64 {
         let values = self.values(model);

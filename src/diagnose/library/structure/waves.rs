@@ -98,16 +98,18 @@ pub(super) fn over_angles(model: &Model) -> impl Iterator<Item = Covariate> {
 }
 
 /// Waves of any order of a reading over angles that go through many turns, in models without a target:
-/// those of another shaft of a gearbox, or of a belt. Over one turn, or over what is read modulo one, they
-/// would not come back.
+/// those of another shaft of a gearbox, or of a belt. Over what may be read modulo one turn each run
+/// begins in a turn that is not known: its waves have phases of their own.
 pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
     let turns = |input: &&InputDeclaration| {
         let is_own = |one: &&Spread| one.input == input.name && one.turns >= MANY_TURNS;
         spreads.iter().any(|one| is_own(&one))
     };
-    let counted = model.inputs.iter().filter(|input| input.period.is_none());
-    let angles = counted.filter(turns).map(|input| any_order_over(&input.name));
-    let angles: Vec<Covariate> = angles.collect();
+    let over = |input: &InputDeclaration| {
+        let waves = any_order_over(&input.name);
+        if input.period.is_some() { waves.per("run") } else { waves }
+    };
+    let angles: Vec<Covariate> = model.inputs.iter().filter(turns).map(over).collect();
     if directions(model).is_empty() && angles.len() <= MOST_OVER { angles } else { Vec::new() }
 }
 
