@@ -133,13 +133,12 @@ fn searched(
         return Ok((diagnosis, None));
     };
     // Beside a jump that is not in the fit whatever is found is poor.
-    if let Some(jumped) = jumped
+    if let Some(((nominal, less), jumps)) = jumped
         && is_poor(&found)
-        && let nominal = fitted(&jumped.nominal)
-        && let Some(with) = search_with_jumps(nominal, &jumped.jumps, wanted, options)?
+        && let Some(with) = search_with_jumps(fitted(&nominal), &jumps, wanted, options)?
         && !is_poor(&with)
     {
-        (found, diagnosis.nominal, left_out) = (with, jumped.nominal, beside(jumped.left_out));
+        (found, diagnosis.nominal, left_out) = (with, nominal, beside(less));
     }
     diagnosis.left_out = left_out;
     let found = found.with_most_probable(&fitted(&diagnosis.nominal), wanted, options)?;

@@ -46,21 +46,10 @@ use self::spikes::{Spikes, without_spikes};
 use self::unresponsive::without_unresponsive;
 use super::found::LeftOut;
 
-/// The fit of the rest with what was left out; `None` where there is nothing to leave out.
-type Rest = Option<(Calibration, LeftOut)>;
-type Cleaned = Result<Rest, FitError>;
-
-/// Jumps of clocks, with the fit that shows them, in which no spikes are left out: what is far out
-/// beside a jump may be nothing else.
-#[derive(Clone, Debug)]
-pub(super) struct Jumped {
-    /// The fit.
-    pub(super) nominal: Calibration,
-    /// What is left out of it.
-    pub(super) left_out: LeftOut,
-    /// The jumps.
-    pub(super) jumps: Vec<Jump>,
-}
+/// A fit, with what is left out of it.
+type Clean = (Calibration, LeftOut);
+/// The fit without more; `None` where there is nothing to leave out.
+type Cleaned = Result<Option<Clean>, FitError>;
 
 /// A nominal fit without what spoils it.
 #[derive(Clone, Debug)]
@@ -71,8 +60,9 @@ pub(super) struct Cleared {
     pub(super) left_out: LeftOut,
     /// What is left out as it is seen from the nominal fit: effects may have hidden it, or made it up.
     pub(super) spikes: Spikes,
-    /// Jumps of clocks, if there are any.
-    pub(super) jumped: Option<Jumped>,
+    /// Jumps of clocks, if there are any, with the fit that shows them and what is left out of it. No
+    /// spikes are: what is far out beside a jump may be nothing else.
+    pub(super) jumped: Option<(Clean, Vec<Jump>)>,
 }
 
 /// The nominal fit without what spoils it, and that.
@@ -82,33 +72,31 @@ pub(super) fn without_outliers(
 ) -> Result<Cleared, FitError> {
     let steps: [fn(&Calibration, &Options) -> Cleaned; 5] =
         [without_codes, without_saturated, settled, without_frozen, without_unresponsive];
-    let (mut nominal, mut left_out) = (whole.clone(), LeftOut::default());
+    let mut now = (whole.clone(), LeftOut::default());
     for step in steps {
-        if let Some((rest, found)) = step(&nominal, options)? {
-            nominal = rest;
-            left_out.extend(found);
-        }
+        let found = step(&now.0, options)?;
+        take(&mut now, found);
     }
-    let (lost, jumps) = without_lost(&nominal, options)?;
-    if let Some((rest, found)) = lost {
-        nominal = rest;
-        left_out.extend(found);
+    let (lost, jumps) = without_lost(&now.0, options)?;
+    take(&mut now, lost);
+    let jumped = (!jumps.is_empty()).then(|| (now.clone(), jumps));
+    let mut spikes = Spikes::none(&now.0.problem);
+    if let Some(found) = without_spikes(&now.0, options)? {
+        (now.0, spikes.left_out) = found;
     }
-    let jumped = (!jumps.is_empty()).then(|| Jumped {
-        nominal: nominal.clone(),
-        left_out: left_out.clone(),
-        jumps,
-    });
-    let mut spikes = Spikes::none(&nominal.problem);
-    if let Some((rest, found)) = without_spikes(&nominal, options)? {
-        nominal = rest;
-        spikes.left_out = found;
+    if let Some(found) = without_spoiling(&now.0, options)? {
+        now.1.extend(spikes.left_out);
+        take(&mut now, Some(found));
+        spikes = Spikes::none(&now.0.problem);
     }
-    if let Some((rest, found)) = without_spoiling(&nominal, options)? {
-        nominal = rest;
-        left_out.extend(std::mem::take(&mut spikes.left_out));
-        left_out.extend(found);
-        spikes = Spikes::none(&nominal.problem);
-    }
+    let (nominal, left_out) = now;
     Ok(Cleared { nominal, left_out, spikes, jumped })
+}
+
+/// Goes on with the fit without more.
+fn take(now: &mut Clean, found: Option<Clean>) {
+    if let Some((rest, more)) = found {
+        now.0 = rest;
+        now.1.extend(more);
+    }
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use crate::engine::{Point, Problem};
-use crate::estimate::residuals::{OfRun, Residuals};
+use crate::estimate::residuals::Residuals;
 use crate::statistics::{median_size, upper_median};
 
 use super::left_out::{OfSamples, rare};
@@ -27,8 +27,7 @@ const LONGEST: usize = 4;
 const LONGEST_AT_END: usize = 20;
 /// So many of its readings next to each other may be near.
 const GAP: usize = 2;
-/// Part of them that is far out, and how far half of them are at least, in robust standard
-/// deviations.
+/// Part of them that is far out, and robust standard deviations that half of them are out at least.
 const FULL: f64 = 0.8;
 pub(super) const FAR: f64 = 6.0;
 /// Part of that by which residuals leap at both ends.
@@ -42,26 +41,23 @@ type Sizes = Vec<(usize, f64)>;
 /// The bursts among residuals seen from a point that they do not bend.
 pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Residuals]) -> Vec<OfSamples> {
     let mut found = Vec::new();
-    for (p, part) in problem.parts.iter().enumerate() {
-        let measurands = part.slots().len();
-        for run in 0..part.runs.len() {
-            let of = |measurand: usize| OfRun { part: p, measurand, run };
-            let sizes: Vec<Sizes> = (0..measurands).map(|one| sizes(all, of(one))).collect();
+    for of_part in all.chunk_by(|a, b| a.part == b.part) {
+        let measurands: Vec<&[Residuals]> = of_part.chunk_by(|a, b| a.of() == b.of()).collect();
+        for run in 0..of_part[0].runs.len() {
+            let sizes: Vec<Sizes> = measurands.iter().map(|own| sizes(own, run)).collect();
             let whole = whole_samples(&sizes);
-            let own: Vec<Option<Vec<Range<usize>>>> =
+            let bursts: Vec<Option<Vec<Range<usize>>>> =
                 sizes.iter().map(|sizes| of_one(sizes, &whole)).collect();
             // Where one measurand is wrong, so may be others, by less than shows reading by reading.
-            for (measurand, known) in own.iter().enumerate() {
+            for (own, known) in measurands.iter().zip(&bursts) {
                 let Some(known) = known else { continue };
-                let of = of(measurand);
-                let others = own.iter().flatten().flatten();
-                let beside = others.filter(|samples| {
-                    !known.iter().any(|own| overlaps(own, samples))
-                        && is_offset(all, of, samples, known)
+                let others = bursts.iter().flatten().flatten().filter(|samples| {
+                    !overlaps(samples, known) && is_offset(own, run, samples, known)
                 });
-                let mut beside: Vec<Range<usize>> = beside.cloned().collect();
+                let mut beside: Vec<Range<usize>> = others.cloned().collect();
                 beside.sort_by_key(|samples| (samples.start, samples.end));
                 beside.dedup();
+                let of = own[0].in_run(run);
                 found.extend(known.iter().cloned().chain(beside).map(|samples| (of, samples)));
             }
         }
@@ -74,9 +70,8 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Residuals]) -> Vec
 /// The bursts of one measurand: those of whole samples, and its own. `None` where so much remains far
 /// out that the stretches are not all of it.
 fn of_one(sizes: &Sizes, whole: &[Range<usize>]) -> Option<Vec<Range<usize>>> {
-    let is_new = |one: &Range<usize>| !whole.iter().any(|other| overlaps(one, other));
-    let own: Vec<Range<usize>> =
-        whole.iter().cloned().chain(stretches(sizes).into_iter().filter(is_new)).collect();
+    let new = stretches(sizes).into_iter().filter(|one| !overlaps(one, whole));
+    let own: Vec<Range<usize>> = whole.iter().cloned().chain(new).collect();
     let rest = sizes.iter().filter(|(at, _)| !own.iter().any(|one| one.contains(at)));
     let far = rest.filter(|(_, size)| *size > TRIM).count();
     (far as f64 <= MOST_OUTLIERS * sizes.len() as f64).then_some(own)
@@ -86,35 +81,30 @@ fn of_one(sizes: &Sizes, whole: &[Range<usize>]) -> Option<Vec<Range<usize>>> {
 /// after it, by one robust standard deviation and by [`FAR`] of those of a difference of medians.
 /// Readings of its own bursts do not count.
 fn is_offset(
-    all: &[Residuals],
-    of: OfRun,
+    own: &[Residuals],
+    run: usize,
     samples: &Range<usize>,
     bursts: &[Range<usize>],
 ) -> bool {
-    let count = samples.len();
-    let before = samples.start.saturating_sub(count)..samples.start;
-    let after = samples.end..samples.end + count;
+    let Range { start, end } = *samples;
+    let count = end - start;
+    let ranges = [start..end, start.saturating_sub(count)..start, end..end + count];
     let is_out = |at: &usize| bursts.iter().any(|one| one.contains(at));
-    all.iter().filter(|one| one.of() == of.of()).any(|one| {
-        let unit = limit(one, of.run) / OUTLIER;
-        let values = |range: Range<usize>| -> Vec<f64> {
-            let all = range.filter(|at| !is_out(at)).filter_map(|at| one.runs[of.run].get(at));
+    own.iter().any(|one| {
+        let values = ranges.clone().map(|range| -> Vec<f64> {
+            let all = range.filter(|at| !is_out(at)).filter_map(|at| one.runs[run].get(at));
             all.copied().filter(|value| !value.is_nan()).collect()
-        };
-        let mut inside = values(samples.clone());
-        let [earlier, later] = [before.clone(), after.clone()].map(values);
-        if [&inside, &earlier, &later].iter().any(|some| some.len() < SHORTEST) {
+        });
+        if values.iter().any(|some| some.len() < SHORTEST) {
             return false;
         }
-        let mut outside = [earlier, later].concat();
+        let [mut inside, before, after] = values;
+        let mut outside = [before, after].concat();
         let parts = 1.0 / inside.len() as f64 + 1.0 / outside.len() as f64;
         let of_medians = (std::f64::consts::FRAC_PI_2 * parts).sqrt();
-        let [Some(inside), Some(outside)] =
-            [&mut inside, &mut outside].map(|some| upper_median(some))
-        else {
-            return false;
-        };
-        (inside - outside).abs() > unit * (FAR * of_medians).max(1.0)
+        let least = limit(one, run) / OUTLIER * (FAR * of_medians).max(1.0);
+        let medians = upper_median(&mut inside).zip(upper_median(&mut outside));
+        medians.is_some_and(|(inside, outside)| (inside - outside).abs() > least)
     })
 }
 
@@ -135,17 +125,16 @@ fn without_shifts(problem: &Problem, point: &Point, all: &[Residuals], found: &m
 }
 
 /// The sizes of a measurand's readings in a run, of the component that is farthest out.
-fn sizes(all: &[Residuals], of: OfRun) -> Sizes {
-    let mut sizes: Sizes = Vec::new();
-    for one in all.iter().filter(|one| one.of() == of.of()) {
-        let unit = limit(one, of.run) / OUTLIER;
-        let own = one.readings(of.run).into_iter().map(|(at, value)| (at, value.abs() / unit));
-        match sizes.is_empty() {
-            true => sizes = own.collect(),
-            false => sizes.iter_mut().zip(own).for_each(|(size, own)| size.1 = size.1.max(own.1)),
-        }
-    }
-    sizes
+fn sizes(own: &[Residuals], run: usize) -> Sizes {
+    let of = |one: &Residuals| -> Sizes {
+        let unit = limit(one, run) / OUTLIER;
+        one.readings(run).into_iter().map(|(at, value)| (at, value.abs() / unit)).collect()
+    };
+    let farthest = |mut all: Sizes, other: Sizes| {
+        all.iter_mut().zip(other).for_each(|(size, other)| size.1 = size.1.max(other.1));
+        all
+    };
+    own.iter().map(of).reduce(farthest).unwrap_or_default()
 }
 
 /// Stretches in which all measurands of a run are wrong; none where there is but one.
@@ -199,8 +188,8 @@ fn stretches(sizes: &[(usize, f64)]) -> Vec<Range<usize>> {
     groups.map(|group| sizes[group[0]].0..sizes[group[group.len() - 1]].0 + 1).collect()
 }
 
-fn overlaps(one: &Range<usize>, other: &Range<usize>) -> bool {
-    one.start < other.end && other.start < one.end
+fn overlaps(one: &Range<usize>, others: &[Range<usize>]) -> bool {
+    others.iter().any(|other| one.start < other.end && other.start < one.end)
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::engine::Part;
 use crate::engine::part::Slot;
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::Calibration;
-use crate::estimate::residuals::{Residuals, seen_from};
+use crate::estimate::residuals::{Far, Residuals, seen_from};
 use crate::statistics::{median_size, robust};
 
 use super::Cleaned;
@@ -23,8 +23,7 @@ use super::limits::{OUTLIER, has_beyond};
 use super::settle::is_spoilt;
 use super::suspects::{Suspect, without_suspects};
 
-/// A measurand has so many codes at most: of more numbers those that are there most often are
-/// looked at.
+/// A measurand has so many codes at most: of more numbers those that are there most often count.
 const MOST: usize = 8;
 /// A code stands in so many places at least, in runs of which it is not the most.
 const PLACES: usize = 3;
@@ -56,8 +55,7 @@ fn is_in_doubt(whole: &Calibration) -> bool {
         || seen_from(&whole.problem, &whole.fit.point).iter().any(has_outlier)
 }
 
-/// Whether most readings in the place of which codes would stand are outliers; where there are none
-/// all are.
+/// Whether most readings in whose place codes would stand are outliers, as they are of none.
 fn is_far_out(codes: &Suspect, all: &Residuals) -> bool {
     let (own, others) = codes.apart(all);
     let Some(size) = median_size(&own) else { return true };
@@ -73,7 +71,7 @@ fn codes_of(number: usize, part: &Part) -> Vec<Suspect> {
         let whole = |run: usize, sample: usize| -> Vec<u64> {
             columns.iter().map(|runs| runs[run][sample].to_bits()).collect()
         };
-        let mut found: Vec<Vec<(usize, f64)>> = vec![Vec::new(); part.runs.len()];
+        let mut found: Far = vec![Vec::new(); part.runs.len()];
         let mut places: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
         for (run, found) in found.iter_mut().enumerate() {
             for sample in 0..columns[0][run].len() {

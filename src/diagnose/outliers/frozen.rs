@@ -9,17 +9,16 @@
 
 use std::ops::Range;
 
-use crate::diagnose::found::{LeftOut, NoReading, Wrong};
+use crate::diagnose::found::{NoReading, Wrong};
 use crate::engine::Problem;
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::{Calibration, calibrate};
-use crate::estimate::refit::calibrate_near;
 use crate::estimate::repeats::{Repeated, long_repeats, repeats, without};
-use crate::estimate::residuals::{OfRun, Residuals, residuals_from};
+use crate::estimate::residuals::{Residuals, residuals_from};
 use crate::statistics::robust;
 
 use super::Cleaned;
-use super::left_out::{OfSamples, if_sound, in_order, rare, stretches_out};
+use super::left_out::{OfSamples, rare, without_stretches};
 use super::saturated::limits;
 use super::suspects::{Suspect, without_suspects};
 
@@ -27,8 +26,7 @@ use super::suspects::{Suspect, without_suspects};
 const FEWEST: usize = 3;
 /// The prediction moves on by so many standard deviations of a residual's changes.
 const MOVED: f64 = 20.0;
-/// Factor by which a fit without long repeats must have a smaller variance factor to be where they are
-/// seen from.
+/// So many times less must the variance factor of a fit without long repeats be to judge them.
 const FAR_SMALLER: f64 = 4.0;
 /// The reading after the repeats is back within this part of that.
 const BACK: f64 = 0.25;
@@ -49,10 +47,7 @@ pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleane
     if !at_limit.is_empty() {
         return without_suspects(nominal, at_limit, |_, _| true, NoReading::Limit, options);
     }
-    let mut rest = problem.clone();
-    let stretches = stretches_out(&mut rest, &all, &frozen, Wrong::Repeated);
-    let found = LeftOut { stretches, ..LeftOut::default() };
-    Ok(if_sound(nominal, calibrate_near(rest, point, options)?, found))
+    without_stretches(nominal, (point, &all), frozen, Wrong::Repeated, options)
 }
 
 /// The fit without long repeats, which they do not bend, where it is sound and far better.
@@ -80,22 +75,20 @@ fn stands_often_at(limit: &Suspect, frozen: &[OfSamples]) -> bool {
 /// are, too, though these may have moved by little.
 fn frozen(problem: &Problem, all: &[Residuals], long: &[OfSamples]) -> Vec<OfSamples> {
     let (mut frozen, mut beside) = (Vec::new(), Vec::new());
-    for (p, part) in problem.parts.iter().enumerate() {
-        for measurand in 0..part.slots().len() {
-            let repeats = repeats(part, measurand);
-            let own: Vec<&Residuals> =
-                all.iter().filter(|one| one.of() == (p, measurand)).collect();
-            let changes = |one: &&Residuals| change(one, &repeats).max(part.sigma[measurand]);
-            let changes: Vec<f64> = own.iter().map(changes).collect();
-            for (run, repeats) in repeats.iter().enumerate() {
-                let enough = repeats.iter().filter(|one| one.readings >= FEWEST);
-                for samples in enough.map(|one| &one.samples) {
-                    let is_left = own.iter().zip(&changes).any(|(one, change)| {
-                        is_left_behind(&one.runs[run], samples, MOVED * change)
-                    });
-                    let of = (OfRun { part: p, measurand, run }, samples.clone());
-                    if is_left { frozen.push(of) } else { beside.push(of) }
-                }
+    for own in all.chunk_by(|a, b| a.of() == b.of()) {
+        let (p, measurand) = own[0].of();
+        let part = &problem.parts[p];
+        let repeats = repeats(part, measurand);
+        let least = |one: &Residuals| MOVED * change(one, &repeats).max(part.sigma[measurand]);
+        let least: Vec<f64> = own.iter().map(least).collect();
+        for (run, repeats) in repeats.iter().enumerate() {
+            for Repeated { samples, .. } in repeats.iter().filter(|one| one.readings >= FEWEST) {
+                let is_left = own
+                    .iter()
+                    .zip(&least)
+                    .any(|(one, least)| is_left_behind(&one.runs[run], samples, *least));
+                let of = (own[0].in_run(run), samples.clone());
+                if is_left { frozen.push(of) } else { beside.push(of) }
             }
         }
     }
@@ -109,11 +102,10 @@ fn frozen(problem: &Problem, all: &[Residuals], long: &[OfSamples]) -> Vec<OfSam
     frozen.append(&mut beside);
     // A log that goes on to its end without a target may be most of a run.
     let (long, short) = frozen.into_iter().partition(|one| long.contains(one));
-    in_order([long, rare(problem, short, |_, _| false)].concat())
+    [long, rare(problem, short, |_, _| false)].concat()
 }
 
-/// The robust standard deviation of a residual, from its changes from one reading to the next;
-/// repeats are not counted.
+/// The robust standard deviation of a residual, from its changes between readings that repeat none.
 fn change(one: &Residuals, repeats: &[Vec<Repeated>]) -> f64 {
     let mut changes = Vec::new();
     for (run, repeats) in repeats.iter().enumerate() {

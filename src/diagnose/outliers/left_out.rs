@@ -1,19 +1,19 @@
-//! Readings that are left out, and how they are listed: single ones by row, once for all
-//! components, with how far out they were; those of a measurand in a run, or a stretch of it, that
-//! is wrong as a whole by their number.
-//!
-//! Which ones those are is judged elsewhere ([`super::limits`], `codes`, `saturated`, `frozen`, `bursts`,
-//! `spikes`).
+//! Readings that are left out, and how they are listed: single ones by row, once for all components,
+//! with how far out they were; a run or a stretch of it that is wrong as a whole by their number.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
 use crate::diagnose::found::{LeftOut, NoReading, Reading, Stretch, Wrong};
-use crate::engine::{Part, Problem};
+use crate::engine::{Part, Point, Problem};
+use crate::estimate::batch::Options;
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::refit::calibrate_near;
 use crate::estimate::residuals::{Far, OfRun, Residuals, leave_out};
 use crate::statistics::median_size;
+
+use super::{Clean, Cleaned};
 
 /// Part of a measurand's readings that may be wrong in stretches.
 const MOST: f64 = 0.4;
@@ -26,8 +26,25 @@ pub(super) fn if_sound(
     nominal: &Calibration,
     rest: Calibration,
     left_out: LeftOut,
-) -> Option<(Calibration, LeftOut)> {
+) -> Option<Clean> {
     (rest.is_sound() || !nominal.is_sound()).then_some((rest, left_out))
+}
+
+/// Leaves stretches out, in order, and fits again from a point or near it; `None` where there are none.
+pub(super) fn without_stretches(
+    nominal: &Calibration,
+    (point, all): (&Point, &[Residuals]),
+    found: Vec<OfSamples>,
+    how: Wrong,
+    options: &Options,
+) -> Cleaned {
+    if found.is_empty() {
+        return Ok(None);
+    }
+    let mut rest = nominal.problem.clone();
+    let stretches = stretches_out(&mut rest, all, &in_order(found), how);
+    let left_out = LeftOut { stretches, ..LeftOut::default() };
+    Ok(if_sound(nominal, calibrate_near(rest, point, options)?, left_out))
 }
 
 /// Stretches in order, without those of measurands that are structure or have too many of them.
@@ -77,8 +94,7 @@ pub(super) fn stretches_out(
     stretches
 }
 
-/// Readings that are far out as they are listed, each once; `instead` is what stands in the place of a
-/// sample of a run.
+/// Readings that are far out as they are listed, each once, with what stands `instead` of them.
 pub(super) fn listed(
     problem: &Problem,
     all: &[Residuals],
@@ -108,8 +124,7 @@ pub(super) fn listed(
     readings
 }
 
-/// Samples of a measurand in a run of which all readings are left out, as they are listed; `None`
-/// where no readings are there.
+/// A stretch of which all readings are left out, as it is listed; `None` where it has none.
 fn stretch(
     problem: &Problem,
     all: &[Residuals],

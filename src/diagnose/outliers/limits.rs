@@ -15,8 +15,7 @@ use crate::statistics::robust;
 
 use super::left_out::{readings_out, stretches_out};
 
-/// Outliers are so many robust standard deviations out, of their measurand and of it in their
-/// run.
+/// Outliers are so many robust standard deviations out, of their measurand and of it in their run.
 pub(super) const OUTLIER: f64 = 20.0;
 /// Of outliers those go at once that are at least this part of the farthest: that one may
 /// have put the others there.
@@ -29,9 +28,8 @@ pub(super) const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
 pub(super) const MOST_OUTLIERS: f64 = 0.05;
 
-/// Leaves outliers of campaigns out as they are seen from a point that a fit ran to and did
-/// not settle at: one reading of 99999 among thousands keeps it from that. The others, and what is
-/// left out.
+/// The campaigns without outliers, and these, as seen from a point that a fit ran to and did not
+/// settle at: one reading of 99999 among thousands keeps it from that.
 pub(super) fn without_outliers_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
     trimmed(problem, point, PEELED, limit)
 }

@@ -127,43 +127,36 @@ fn find(problem: &Problem, point: &Point, sound: &[Residuals]) -> Elsewhere {
             let count = run.record.len() as f64;
             let shifts = (shifted.shifts().count() - 1) as f64;
             let price = (0.5 * count * count * shifts * runs as f64).max(1.0).ln();
-            let mut next = |shifted: &mut Shifted<'_>, is_between: bool| {
-                let (periods, samples, gain) = shifted.best(is_between)?;
-                let ln_p = (price - 0.5 * gain).min(0.0);
-                if ln_p > LOST.ln() {
-                    return None;
-                }
-                shifted.forget(&samples);
-                let nearest = shifted.nearest(periods, &samples);
-                // A motion that repeats is near itself at whole samples by chance, too.
-                let periods = nearest.map_or(periods, |nearest| nearest.round() as isize);
-                if !is_between && periods != 0 && shifted.is_whole(periods, &samples) {
-                    let rows = (run.record.row(samples.start), run.record.row(samples.end - 1));
-                    let name = part.run_name(r);
-                    let mean = run.record.ends(|samples| &samples.time).map(|[first, last]| {
-                        (last - first) / run.record.len().saturating_sub(1).max(1) as f64
-                    });
-                    found.lost.push(Lost {
-                        part: p,
-                        run: r,
-                        name,
-                        rows,
-                        periods,
-                        seconds: mean.unwrap_or(0.0) * periods as f64,
-                        is_whole_run: samples.len() + periods.unsigned_abs() >= run.record.len(),
-                        samples,
-                        ln_p,
-                    });
-                } else if let Some(nearest) = nearest {
-                    let seconds = shifted.seconds(nearest);
-                    found.jumps.push(Jump { part: p, run: r, samples, seconds });
-                }
-                Some(())
-            };
             for is_between in [false, true] {
                 for _ in 0..MOST {
-                    if next(&mut shifted, is_between).is_none() {
+                    let Some((periods, samples, gain)) = shifted.best(is_between) else { break };
+                    let ln_p = (price - 0.5 * gain).min(0.0);
+                    if ln_p > LOST.ln() {
                         break;
+                    }
+                    shifted.forget(&samples);
+                    let nearest = shifted.nearest(periods, &samples);
+                    // A motion that repeats is near itself at whole samples by chance, too.
+                    let periods = nearest.map_or(periods, |nearest| nearest.round() as isize);
+                    if !is_between && periods != 0 && shifted.is_whole(periods, &samples) {
+                        let ends = run.record.ends(|samples| &samples.time);
+                        let mean =
+                            |[first, last]: [f64; 2]| (last - first) / (count - 1.0).max(1.0);
+                        found.lost.push(Lost {
+                            part: p,
+                            run: r,
+                            name: part.run_name(r),
+                            rows: (run.record.row(samples.start), run.record.row(samples.end - 1)),
+                            periods,
+                            seconds: ends.map_or(0.0, mean) * periods as f64,
+                            is_whole_run: samples.len() + periods.unsigned_abs()
+                                >= run.record.len(),
+                            samples,
+                            ln_p,
+                        });
+                    } else if let Some(nearest) = nearest {
+                        let seconds = nearest * shifted.period;
+                        found.jumps.push(Jump { part: p, run: r, samples, seconds });
                     }
                 }
             }

@@ -25,8 +25,7 @@ const FEWER: usize = 2;
 pub(super) fn comes_back(problem: &Problem, of: (usize, usize), found: &[OfSamples]) -> bool {
     let own: Vec<&OfSamples> = found.iter().filter(|one| one.0.of() == of).collect();
     let runs: BTreeSet<usize> = own.iter().map(|(of, _)| of.run).collect();
-    let mut wrong = Vec::new();
-    let mut covariates: Vec<Vec<f64>> = Vec::new();
+    let (mut wrong, mut covariates) = (Vec::new(), Vec::new());
     for run in &runs {
         let record = &problem.parts[of.0].runs[*run].record;
         let first = wrong.len();
@@ -34,17 +33,15 @@ pub(super) fn comes_back(problem: &Problem, of: (usize, usize), found: &[OfSampl
         for (_, samples) in own.iter().filter(|(of, _)| of.run == *run) {
             wrong[first..][samples.clone()].fill(true);
         }
-        let more = covariates_of(record);
-        covariates.resize(more.len(), Vec::new());
-        covariates.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
+        add_covariates(record, &mut covariates);
     }
     // From a place that was passed once nothing follows.
     own.len() > 1 && covariates.iter().any(|one| stands_together(one, &wrong, 2 * own.len()))
 }
 
-/// The time of a run, and each input with its rate; angles beyond a turn as they come back, too.
-fn covariates_of(record: &Record) -> Vec<Vec<f64>> {
-    let mut all = vec![Vec::with_capacity(record.len()); 1 + 3 * record.inputs().len()];
+/// Adds the time of a run, and each input with its rate; angles beyond a turn as they come back, too.
+fn add_covariates(record: &Record, all: &mut Vec<Vec<f64>>) {
+    all.resize(1 + 3 * record.inputs().len(), Vec::new());
     record.walk(|stretch| {
         for sample in stretch.each() {
             let samples = sample.samples;
@@ -58,7 +55,6 @@ fn covariates_of(record: &Record) -> Vec<Vec<f64>> {
             }
         }
     });
-    all
 }
 
 /// Whether wrong samples stand together over a covariate, in fewer stretches than they have in time;

@@ -8,7 +8,7 @@ use crate::diagnose::found::NoReading;
 use crate::engine::Problem;
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::Calibration;
-use crate::estimate::residuals::Residuals;
+use crate::estimate::residuals::{Far, Residuals};
 use crate::statistics::median_size;
 
 use super::Cleaned;
@@ -43,15 +43,13 @@ fn is_passed(limit: &Suspect, all: &Residuals) -> bool {
 pub(super) fn limits(problem: &Problem) -> Vec<Suspect> {
     let mut limits = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
-        for (measurand, slot) in part.slots().iter().enumerate() {
-            let mut columns = slot.columns();
-            let (Some(column), None) = (columns.next(), columns.next()) else { continue };
-            let runs = part.readings_of(column);
+        for (measurand, slot) in part.slots().iter().enumerate().filter(|(_, one)| one.width == 1) {
+            let runs = part.readings_of(slot.column);
             for (value, side) in ends(&runs) {
-                let at = |run: &Vec<f64>| -> Vec<(usize, f64)> {
+                let at = |run: &Vec<f64>| {
                     run.iter().copied().enumerate().filter(|one| one.1 == value).collect()
                 };
-                let at: Vec<Vec<(usize, f64)>> = runs.iter().map(at).collect();
+                let at: Far = runs.iter().map(at).collect();
                 let places = |run: &Vec<(usize, f64)>| run.chunk_by(|a, b| b.0 - a.0 == 1).count();
                 if at.iter().map(places).sum::<usize>() >= PLACES {
                     limits.push(Suspect { of: (p, measurand), at, side });
@@ -75,7 +73,8 @@ fn ends(runs: &[Vec<f64>]) -> Vec<(f64, f64)> {
         let count = end.len();
         count >= FEWEST.max(AS_OFTEN * usual) && count as f64 <= MOST * sorted.len() as f64
     };
-    let ends = [(same.first(), -1.0), (same.last(), 1.0)].into_iter();
-    let ends = ends.filter_map(|(end, sign)| Some((*end.filter(|end| is_often(end))?, sign)));
-    ends.map(|(end, sign)| (end[0], sign)).collect()
+    let ends = [(same.first(), -1.0), (same.last(), 1.0)];
+    ends.into_iter()
+        .filter_map(|(end, sign)| Some((end.filter(|end| is_often(end))?[0], sign)))
+        .collect()
 }

@@ -9,7 +9,7 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::limits::{without_outliers_at, without_wrong_at};
 use super::lost::{self, Jump, SPOILT};
-use super::{Cleaned, Rest};
+use super::{Clean, Cleaned};
 
 /// Rounds of leaving outliers out.
 const PEELS: usize = 6;
@@ -70,7 +70,7 @@ fn peeled(
     mut nominal: Calibration,
     mut left_out: LeftOut,
     options: &Options,
-) -> Result<(Calibration, LeftOut), FitError> {
+) -> Result<Clean, FitError> {
     for _ in 0..PEELS {
         if nominal.fit.outcome.is_result() {
             break;
@@ -85,9 +85,8 @@ fn peeled(
     Ok((nominal, left_out))
 }
 
-/// Where the fit is sound once a run or two are left out, from which these are to be seen; where
-/// the fit of all did not settle, at least where it does without one. `spoilt` is the variance
-/// factor of the fit of all.
+/// Where the fit is sound without a run or two, which are to be seen from there; at least where it
+/// settles without one, if that of all did not. `spoilt` is the variance factor of the fit of all.
 fn without_runs(
     problem: &Problem,
     spoilt: Option<f64>,
@@ -137,7 +136,7 @@ fn without(problem: &Problem, part: usize, run: usize) -> Problem {
 pub(super) fn without_lost(
     nominal: &Calibration,
     options: &Options,
-) -> Result<(Rest, Vec<Jump>), FitError> {
+) -> Result<(Option<Clean>, Vec<Jump>), FitError> {
     let (mut rest, mut found) = (None, LeftOut::default());
     let mut jumps = Vec::new();
     for _ in 0..lost::LOOKS {

@@ -42,13 +42,12 @@ pub(super) struct Shifted<'a> {
     predicted: Vec<Vec<f64>>,
     times: Vec<f64>,
     /// The usual sample period (s).
-    period: f64,
+    pub(super) period: f64,
     /// How many sample periods are looked at, in both senses.
     reach: isize,
     /// Readings of each sample.
     readings: Vec<usize>,
-    /// For each shift from `-reach` on, for each sample: the sum over its readings; NaN without a
-    /// prediction.
+    /// By shift from `-reach` on and sample: the sum over its readings; NaN without a prediction.
     squares: Vec<Vec<f32>>,
 }
 
@@ -101,8 +100,7 @@ impl<'a> Shifted<'a> {
         Self { readings, squares, ..all }
     }
 
-    /// Shows each of some samples with its residuals, over their scatter, against the prediction of
-    /// any sample.
+    /// Shows samples with their residuals, over their scatter, against the prediction of any sample.
     fn walk(
         &self,
         samples: &Range<usize>,
@@ -131,9 +129,8 @@ impl<'a> Shifted<'a> {
         -self.reach..=self.reach
     }
 
-    /// The shift, stretch and gain that are best, of those that carry a stretch from far out back among
-    /// the others; where a shift of the clock may be between samples (`is_between`), far nearer to
-    /// them.
+    /// The best shift, stretch and gain, of those that carry a stretch from far out back among the
+    /// others; far nearer to them where a shift may be between samples (`is_between`).
     pub(super) fn best(&self, is_between: bool) -> Option<(isize, Range<usize>, f64)> {
         let here = &self.squares[self.reach as usize];
         let mut best: Option<(isize, Range<usize>, f64)> = None;
@@ -158,8 +155,7 @@ impl<'a> Shifted<'a> {
         best
     }
 
-    /// A stretch that reaches as far as there is something to compare with reaches to the end of
-    /// the run.
+    /// Where a stretch reaches as far as there is something to compare with, to the end of the run.
     fn to_the_end(&self, stretch: Range<usize>, shift: isize) -> Range<usize> {
         let (count, reach) = (self.times.len(), shift.unsigned_abs());
         let end = if shift > 0 && stretch.end + reach == count { count } else { stretch.end };
@@ -176,13 +172,9 @@ impl<'a> Shifted<'a> {
 
     /// Whether the stamps of whole samples fit a stretch, and each half of it, as well as the best
     /// shift of the clock, and the whole better than a quarter of a period away from it: a drift may
-    /// fit whole samples on average but not in each half. Residuals that are larger than their scatter
-    /// count for less.
+    /// fit whole samples on average but not in each half.
     pub(super) fn is_whole(&self, periods: isize, samples: &Range<usize>) -> bool {
         let (about, reach) = (periods as f64, periods.abs() + 4);
-        let is_worse = |one: f64, other: f64, count: f64| {
-            one - other > WORSE * (other / count.max(1.0)).max(1.0)
-        };
         let shifts =
             [Shift::Samples(periods), Shift::Time(about - 0.25), Shift::Time(about + 0.25)];
         // Near the ends of a run a half may have no readings with others on both sides.
@@ -191,12 +183,10 @@ impl<'a> Shifted<'a> {
             count == 0.0 || grids.all(|(_, free, _)| !is_worse(own, free, count))
         };
         let (sums, count) = self.sums(&shifts, samples, reach);
-        let middle = samples.start + samples.len() / 2;
-        let halves = [samples.start..middle, middle..samples.end];
         count > 0.0
             && sums[1..].iter().all(|apart| is_worse(*apart, sums[0], count))
             && is_best(samples, sums[0], count)
-            && halves.iter().filter(|half| half.len() >= SHORTEST).all(|half| {
+            && halves(samples).iter().filter(|half| half.len() >= SHORTEST).all(|half| {
                 let (own, count) = self.sums(&shifts[..1], half, reach);
                 is_best(half, own[0], count)
             })
@@ -264,6 +254,17 @@ impl<'a> Shifted<'a> {
 
 fn square(all: &[f64]) -> f64 {
     all.iter().map(|value| value * value).sum()
+}
+
+/// Whether a sum of squares of so many readings is worse than another one by more than chance. Residuals
+/// that are larger than their scatter count for less.
+fn is_worse(one: f64, other: f64, count: f64) -> bool {
+    one - other > WORSE * (other / count.max(1.0)).max(1.0)
+}
+
+fn halves(samples: &Range<usize>) -> [Range<usize>; 2] {
+    let middle = samples.start + samples.len() / 2;
+    [samples.start..middle, middle..samples.end]
 }
 
 /// The stretch of largest sum, with the sum.

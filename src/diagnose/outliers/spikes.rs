@@ -151,9 +151,9 @@ fn farthest(one: &Residuals) -> Far {
     one.beyond(|_| most.max(TRIM * one.deviation))
 }
 
-/// The outliers of a sequence with the few about them that are far out, too, by run: those in
-/// small groups; none where they are more than a part of all readings, or where larger groups are in more than a few runs,
-/// for these are structure. What is next to each other is by the readings that are there.
+/// The outliers of a sequence with the few next to them that are far out, too, by run: those in small
+/// groups; none where they are more than a part of all readings, or where larger groups, which are
+/// structure, are in more than a few runs.
 fn spikes(one: &Residuals, most: f64) -> Far {
     let none = || vec![Vec::new(); one.runs.len()];
     let (mut all, mut long) = (none(), 0);

@@ -17,7 +17,7 @@ pub(super) struct Suspect {
     /// The campaign and the measurand in it.
     pub(super) of: (usize, usize),
     /// Samples with the number that stands there, by run.
-    pub(super) at: Vec<Vec<(usize, f64)>>,
+    pub(super) at: Far,
     /// Where that is a limit, the sign of how far readings would be beyond it; else 0.
     pub(super) side: f64,
 }
@@ -44,8 +44,7 @@ impl Suspect {
 }
 
 /// Leaves suspects out that are confirmed by the residuals of a component of their measurand, seen
-/// from the fit without them; `None` where none is, or where that fit is not sound though that of all
-/// is. They are listed with what stands in their place.
+/// from the fit without them; `None` where none is, or where only the fit of all is sound.
 pub(super) fn without_suspects(
     nominal: &Calibration,
     mut suspects: Vec<Suspect>,
@@ -71,23 +70,18 @@ pub(super) fn without_suspects(
             break (fitted, seen);
         }
     };
-    let far: Vec<Far> = seen.iter().map(|one| residuals_of(one, &suspects)).collect();
     let number = |one: &Residuals, run: usize, sample: usize| {
         let mut own = suspects.iter().filter(|suspect| suspect.of == one.of());
         own.find_map(|suspect| suspect.in_place_of(run, sample)).map(instead)
     };
+    let out = |one: &Residuals| -> Far {
+        let of_run = |run: usize| {
+            let readings = one.runs[run].iter().copied().enumerate();
+            readings.filter(|(sample, _)| number(one, run, *sample).is_some()).collect()
+        };
+        (0..one.runs.len()).map(of_run).collect()
+    };
+    let far: Vec<Far> = seen.iter().map(out).collect();
     let readings = listed(problem, &seen, &far, number);
     Ok(if_sound(nominal, fitted, LeftOut { readings, ..LeftOut::default() }))
-}
-
-/// The residuals of the suspects of a measurand, in the order of time.
-fn residuals_of(one: &Residuals, suspects: &[Suspect]) -> Far {
-    let of_run = |run: usize| {
-        let own = suspects.iter().filter(|suspect| suspect.of == one.of());
-        let mut samples: Vec<usize> =
-            own.flat_map(|suspect| suspect.at[run].iter().map(|at| at.0)).collect();
-        samples.sort_unstable();
-        samples.into_iter().map(|sample| (sample, one.runs[run][sample])).collect()
-    };
-    (0..one.runs.len()).map(of_run).collect()
 }

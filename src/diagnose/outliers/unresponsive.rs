@@ -9,15 +9,14 @@
 
 use std::ops::Range;
 
-use crate::diagnose::found::{LeftOut, Wrong};
+use crate::diagnose::found::Wrong;
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::Calibration;
-use crate::estimate::refit::calibrate_near;
-use crate::estimate::residuals::{OfRun, Residuals, residuals_from};
+use crate::estimate::residuals::{Residuals, residuals_from};
 use crate::statistics::upper_median;
 
 use super::Cleaned;
-use super::left_out::{OfSamples, if_sound, in_order, stretches_out};
+use super::left_out::{OfSamples, without_stretches};
 use super::places::comes_back;
 
 /// Windows are one in so many parts of a run, but of so many readings.
@@ -25,8 +24,7 @@ const PARTS: usize = 20;
 const WINDOW: std::ops::RangeInclusive<usize> = 24..=400;
 /// Samples of a spike of the prediction at most, which is no variation of it.
 const SPIKE: usize = 2;
-/// Slope of readings over predictions, and their scatter in parts of that of predictions, up to which
-/// they do not follow.
+/// Slope of readings over predictions, and scatter in parts of theirs, up to which they do not follow.
 const SLOPE: f64 = 0.3;
 const STILL: f64 = 0.5;
 /// Residuals of such a window scatter so many times as those of the usual one.
@@ -40,45 +38,40 @@ pub(super) fn without_unresponsive(nominal: &Calibration, options: &Options) -> 
     let (problem, point) = (&nominal.problem, &nominal.fit.point);
     let all = residuals_from(problem, point);
     let mut found: Vec<OfSamples> = Vec::new();
-    for (p, part) in problem.parts.iter().enumerate() {
-        for (measurand, slot) in part.slots().iter().enumerate().filter(|(_, one)| one.width == 1) {
-            let Some(own) = all.iter().find(|one| one.of() == (p, measurand)) else { continue };
-            let readings = part.readings_of(slot.column);
-            for (run, readings) in readings.iter().enumerate() {
-                let of = OfRun { part: p, measurand, run };
-                found.extend(stretches(own, run, readings).into_iter().map(|one| (of, one)));
+    for one in &all {
+        let part = &problem.parts[one.part];
+        let slot = &part.slots()[one.measurand];
+        if slot.width == 1 {
+            let readings = part.readings_of(slot.column).into_iter().enumerate();
+            let stretches = readings.flat_map(|(run, readings)| {
+                let own = stretches(one, run, &readings).into_iter();
+                own.map(move |samples| (one.in_run(run), samples))
+            });
+            let stretches: Vec<OfSamples> = stretches.collect();
+            if !comes_back(problem, one.of(), &stretches) {
+                found.extend(stretches);
             }
         }
     }
-    let measurands: Vec<(usize, usize)> = found.iter().map(|one| one.0.of()).collect();
-    let returning: Vec<(usize, usize)> =
-        measurands.into_iter().filter(|of| comes_back(problem, *of, &found)).collect();
-    found.retain(|(of, _)| !returning.contains(&of.of()));
-    if found.is_empty() {
-        return Ok(None);
-    }
-    let mut rest = problem.clone();
-    let stretches = stretches_out(&mut rest, &all, &in_order(found), Wrong::Unresponsive);
-    let left_out = LeftOut { stretches, ..LeftOut::default() };
-    Ok(if_sound(nominal, calibrate_near(rest, point, options)?, left_out))
+    without_stretches(nominal, (point, &all), found, Wrong::Unresponsive, options)
 }
+
+/// Sample, reading and prediction.
+type Read = (usize, f64, f64);
 
 /// The samples of a run whose readings do not respond; none where they are many.
 fn stretches(own: &Residuals, run: usize, readings: &[f64]) -> Vec<Range<usize>> {
-    let present: Vec<(usize, f64, f64)> = own
-        .readings(run)
-        .into_iter()
-        .map(|(at, residual)| (at, readings[at], readings[at] - residual))
-        .collect();
+    let read = |(at, residual): (usize, f64)| (at, readings[at], readings[at] - residual);
+    let present: Vec<Read> = own.readings(run).into_iter().map(read).collect();
     let size = (present.len() / PARTS).clamp(*WINDOW.start(), *WINDOW.end());
     if present.len() < 4 * size {
         return Vec::new();
     }
     let starts: Vec<usize> = (0..=present.len() - size).step_by(size / 2).collect();
     let smooth = without_spikes(&present);
-    let windows: Vec<Window> =
-        starts.iter().map(|start| Window::of(&smooth[*start..start + size])).collect();
-    let mut residuals: Vec<f64> = windows.iter().map(|one| one.residual).collect();
+    let window = |start: &usize| smooth[*start..start + size].iter().map(|one| (one.2, one.1));
+    let windows: Vec<Moments> = starts.iter().map(|start| Moments::of(window(start))).collect();
+    let mut residuals: Vec<f64> = windows.iter().map(Moments::residual).collect();
     let usual = upper_median(&mut residuals).unwrap_or(f64::INFINITY);
     let flagged: Vec<usize> =
         (0..windows.len()).filter(|at| windows[*at].does_not_respond(usual)).collect();
@@ -86,49 +79,56 @@ fn stretches(own: &Residuals, run: usize, readings: &[f64]) -> Vec<Range<usize>>
     // The model may be off elsewhere, too.
     let mut offsets: Vec<f64> = present.iter().map(|(_, reading, at)| reading - at).collect();
     let offset = upper_median(&mut offsets).unwrap_or(0.0);
-    let found: Vec<Range<usize>> = groups
-        .map(|group| {
-            let core = starts[group[0]]..starts[group[group.len() - 1]] + size;
-            let ends = with_ends(&present, core, size, offset);
-            present[ends.start].0..present[ends.end - 1].0 + 1
-        })
-        .collect();
+    let samples = |group: &[usize]| {
+        let core = starts[group[0]]..starts[group[group.len() - 1]] + size;
+        let ends = with_ends(&present, core, size, offset);
+        present[ends.start].0..present[ends.end - 1].0 + 1
+    };
+    let found: Vec<Range<usize>> = groups.map(samples).collect();
     let count: usize = found.iter().map(Range::len).sum();
     let are_few = found.len() <= STRETCHES && count as f64 <= MOST * readings.len() as f64;
     if are_few { found } else { Vec::new() }
 }
 
-/// Standard deviations within a window, and the slope of readings over predictions.
-struct Window {
-    reading: f64,
-    prediction: f64,
-    residual: f64,
-    slope: f64,
+/// Means and second central moments of pairs of numbers, in windows of predictions and readings.
+struct Moments {
+    x: f64,
+    y: f64,
+    xx: f64,
+    yy: f64,
+    xy: f64,
 }
 
-impl Window {
-    fn of(samples: &[(usize, f64, f64)]) -> Self {
-        let count = samples.len() as f64;
-        let mean = |of: fn(&(usize, f64, f64)) -> f64| samples.iter().map(of).sum::<f64>() / count;
-        let (reading, prediction) = (mean(|one| one.1), mean(|one| one.2));
-        let sums = samples.iter().fold([0.0; 3], |sums, (_, y, p)| {
-            let (y, p) = (y - reading, p - prediction);
-            [sums[0] + y * y, sums[1] + p * p, sums[2] + y * p]
-        });
-        let [yy, pp, yp] = sums.map(|sum| sum / count);
-        let residual = (yy + pp - 2.0 * yp).max(0.0).sqrt();
-        Self { reading: yy.sqrt(), prediction: pp.sqrt(), residual, slope: yp / pp }
+impl Moments {
+    fn of(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        let count = pairs.clone().count() as f64;
+        let [x, y] = pairs.clone().fold([0.0; 2], |sum, (x, y)| [sum[0] + x, sum[1] + y]);
+        let (x, y) = (x / count, y / count);
+        let about = pairs.map(|one| (one.0 - x, one.1 - y));
+        let sums =
+            about.fold([0.0; 3], |[xx, yy, xy], (x, y)| [xx + x * x, yy + y * y, xy + x * y]);
+        let [xx, yy, xy] = sums.map(|sum| sum / count);
+        Self { x, y, xx, yy, xy }
+    }
+
+    /// The standard deviation of the differences.
+    fn residual(&self) -> f64 {
+        (self.xx + self.yy - 2.0 * self.xy).max(0.0).sqrt()
+    }
+
+    fn slope(&self) -> f64 {
+        self.xy / self.xx
     }
 
     fn does_not_respond(&self, usual: f64) -> bool {
-        self.slope.abs() < SLOPE
-            && self.reading < STILL * self.prediction
-            && self.residual > UNUSUAL * usual
+        self.slope().abs() < SLOPE
+            && self.yy.sqrt() < STILL * self.xx.sqrt()
+            && self.residual() > UNUSUAL * usual
     }
 }
 
 /// Samples with the running median of their predictions: a mistyped input is a spike of few samples.
-fn without_spikes(samples: &[(usize, f64, f64)]) -> Vec<(usize, f64, f64)> {
+fn without_spikes(samples: &[Read]) -> Vec<Read> {
     let median = |at: usize| {
         let near = at.saturating_sub(SPIKE)..(at + SPIKE + 1).min(samples.len());
         upper_median(&mut samples[near].iter().map(|one| one.2).collect::<Vec<f64>>())
@@ -139,24 +139,14 @@ fn without_spikes(samples: &[(usize, f64, f64)]) -> Vec<(usize, f64, f64)> {
 
 /// A stretch with its ends where readings leave the line through its middle half for the prediction, with
 /// its usual offset, at most a window beyond.
-fn with_ends(
-    present: &[(usize, f64, f64)],
-    core: Range<usize>,
-    size: usize,
-    offset: f64,
-) -> Range<usize> {
+fn with_ends(present: &[Read], core: Range<usize>, size: usize, offset: f64) -> Range<usize> {
     let quarter = core.len() / 4;
     let middle = core.start + quarter..core.end - quarter;
-    let count = middle.len() as f64;
-    let samples = || middle.clone().map(|at| (at as f64, present[at].1));
-    let (x, y) = samples().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
-    let (x, y) = (x / count, y / count);
-    let (xx, xy) = samples().fold((0.0, 0.0), |sum, (at, reading)| {
-        (sum.0 + (at - x).powi(2), sum.1 + (at - x) * (reading - y))
-    });
+    let line = Moments::of(middle.clone().map(|at| (at as f64, present[at].1)));
     let excess = |at: usize| {
         let (_, reading, prediction) = present[at];
-        (reading - prediction - offset).powi(2) - (reading - y - xy / xx * (at as f64 - x)).powi(2)
+        let off_line = reading - line.y - line.slope() * (at as f64 - line.x);
+        (reading - prediction - offset).powi(2) - off_line.powi(2)
     };
     // Where the sum of what the line does better is the largest.
     let best = |all: &mut dyn Iterator<Item = usize>, from: usize| {

@@ -64,15 +64,12 @@ pub(in crate::diagnose) fn wrong_value(
     };
     let stated = (0..instances.len()).filter(is_stated);
     let names: BTreeSet<&String> = stated.map(|index| &instances[index].name).collect();
-    let mut best: Option<(f64, WrongValue)> = None;
+    let mut all = Vec::new();
     for name in names {
-        let Some((factor, found)) = set_free(whole, name, options)? else { continue };
-        let is_sound = SOUND_WITHOUT * factor < spoilt && !is_spoilt(&found.without);
-        if is_sound && best.as_ref().is_none_or(|(least, _)| factor < *least) {
-            best = Some((factor, found));
-        }
+        all.extend(set_free(whole, name, options)?);
     }
-    let Some((_, found)) = best else { return Ok(None) };
+    all.retain(|(factor, one)| SOUND_WITHOUT * factor < spoilt && !is_spoilt(&one.without));
+    let Some((_, found)) = least(all) else { return Ok(None) };
     let is_an_effect = own_effect_does_as_much(whole, &found, recipes, wanted, options)?;
     Ok((!is_an_effect).then_some(found))
 }
@@ -95,23 +92,25 @@ fn set_free(
     name: &str,
     options: &Options,
 ) -> Result<Option<(f64, WrongValue)>, FitError> {
-    let mut best: Option<(f64, WrongValue)> = None;
+    let mut all = Vec::new();
     for start in starts(whole, name) {
         let free = Override { name: name.to_owned(), start, free: true, ..Override::default() };
         let without = calibrate(freed(whole, &free), options)?;
-        let factor = without.variance_factor().filter(|_| without.is_sound());
-        if let Some(factor) = factor
-            && best.as_ref().is_none_or(|(least, _)| factor < *least)
+        if let Some(factor) = without.variance_factor().filter(|_| without.is_sound())
             && let Some(contradicted) = against(whole, &without, name)
         {
-            best = Some((factor, WrongValue { contradicted, without, free }));
+            all.push((factor, WrongValue { contradicted, without, free }));
         }
     }
-    Ok(best)
+    Ok(least(all))
 }
 
-/// A fit with an effect does as much as one with a value free where its cost is at most so many
-/// times as large.
+/// That of the least variance factor.
+fn least(all: Vec<(f64, WrongValue)>) -> Option<(f64, WrongValue)> {
+    all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// A fit with an effect does as much as one with a value free at so many times its cost at most.
 const AS_MUCH: f64 = 1.5;
 
 /// Whether an effect of the user's own makes the fit as sound: whoever describes it asks for it.
@@ -142,9 +141,8 @@ fn own_effect_does_as_much(
 /// A thousand of one unit are one of another.
 const PREFIX: f64 = 1e3;
 
-/// Where a parameter of which nothing is stated may start: a number where the fit left it, or at
-/// what it would be in a unit next to the one that is said; vectors and rotations as the model has
-/// it.
+/// Where a parameter of which nothing is stated may start: a number where the fit left it, or at what
+/// is stated in a unit next to the one that is said; vectors and rotations as the model has it.
 fn starts(whole: &Calibration, name: &str) -> Vec<Option<Vec<(f64, Unit)>>> {
     let mut all = whole.problem.layout.instances.iter().zip(&whole.fit.point.values);
     let is_own = |(one, _): &(&Instance, _)| one.name == name && one.kind == Kind::Scalar;

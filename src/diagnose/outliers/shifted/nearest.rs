@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{NEAR, SHORTEST, Shift, Shifted, WORSE};
+use super::{NEAR, SHORTEST, Shift, Shifted, halves, is_worse};
 
 /// Between two moments that are looked at, in sample periods.
 const STEP: f64 = 0.5;
@@ -23,32 +23,23 @@ impl Shifted<'_> {
         let is_least = |at: &usize| sums[*at] < sums[at - 1] && sums[*at] <= sums[at + 1];
         let mut least: Vec<f64> = (1..grid.len() - 1).filter(is_least).map(|at| grid[at]).collect();
         least.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
-        let middle = samples.start + samples.len() / 2;
-        let halves = [samples.start..middle, middle..samples.end];
         let refined = least.into_iter().filter_map(|about| {
             let (best, sum, count) = self.grids((about, STEP), samples, reach).last()?;
             let fits = |samples: &Range<usize>| {
                 let (sums, count) = self.sums(&[Shift::Time(best)], samples, reach);
                 samples.len() < SHORTEST || sums[0] <= NEAR * count
             };
-            halves.iter().all(fits).then_some((best, sum, count))
+            halves(samples).iter().all(fits).then_some((best, sum, count))
         });
         let refined: Vec<(f64, f64, f64)> = refined.collect();
         let best = refined.iter().map(|one| one.1).fold(f64::INFINITY, f64::min);
         // Of those that fit as well as the best.
-        let is_as_good =
-            |one: &&(f64, f64, f64)| one.1 - best <= WORSE * (best / one.2.max(1.0)).max(1.0);
-        refined.iter().find(is_as_good).map(|one| one.0)
+        refined.iter().find(|one| !is_worse(one.1, best, one.2)).map(|one| one.0)
     }
 
     /// Whether some shift of the clock carries a stretch back among the others.
     pub(in crate::diagnose::outliers) fn is_of_the_clock(&self, samples: &Range<usize>) -> bool {
         let mut grids = self.grids((0.0, self.reach as f64), samples, self.reach + 4);
         grids.any(|(_, free, count)| count > 0.0 && free <= NEAR * count)
-    }
-
-    /// How long a shift of so many sample periods is (s).
-    pub(in crate::diagnose::outliers) fn seconds(&self, periods: f64) -> f64 {
-        periods * self.period
     }
 }
