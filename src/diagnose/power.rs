@@ -33,7 +33,7 @@ use std::collections::BTreeMap;
 use design::{DelaySigma, Prospect, delay_rows, delays};
 use detection::critical_gains;
 use remedies::remedies;
-use sight::{Sight, Way, shift, sight};
+use sight::{Way, shift, sight};
 
 use crate::engine::open::Recipe;
 use crate::engine::{Point, Problem};
@@ -92,8 +92,7 @@ pub struct Row {
     pub with: Vec<String>,
     /// The detectable size of each member of a family.
     pub members: Vec<(BTreeMap<String, f64>, f64)>,
-    /// The largest shift of each delay (s) by an effect of the detectable size that is not in the
-    /// model.
+    /// The largest shift of each delay (s) by an effect of the detectable size outside the model.
     pub shifts: Vec<(String, f64)>,
     /// The size falls with the number of readings by a root of this order: the second for effects
     /// on the mean and for levels, the fourth for what shows in products of readings, the first for
@@ -191,7 +190,7 @@ fn not_testable(name: &str, why: String) -> Row {
 }
 
 /// The row of an effect with its ways, of which there is one at least.
-fn row(stage: &Prospect, ways: &[Way<'_>], seen: Sight) -> Row {
+fn row(stage: &Prospect, ways: &[Way<'_>], seen: Row) -> Row {
     let way = ways[0];
     let name = &way.candidate.name;
     let Some(owner) = way.entry.owners.first().filter(|_| ways.iter().any(|w| w.entry.acts()))
@@ -230,15 +229,7 @@ fn row(stage: &Prospect, ways: &[Way<'_>], seen: Sight) -> Row {
         };
         delay_rows(stage).into_iter().map(|(delay, row)| (delay, largest(&row))).collect()
     };
-    Row {
-        state,
-        unit: way.candidate.unit(&owner.parameter).unwrap_or_else(Unit::one),
-        typical,
-        detectable: seen.detectable,
-        identifiable: seen.identifiable,
-        with,
-        members: seen.members,
-        shifts: seen.detectable.map(shifts).unwrap_or_default(),
-        ..Row::new(name)
-    }
+    let unit = way.candidate.unit(&owner.parameter).unwrap_or_else(Unit::one);
+    let shifts = seen.detectable.map(shifts).unwrap_or_default();
+    Row { state, unit, typical, with, shifts, ..seen }
 }

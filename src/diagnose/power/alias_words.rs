@@ -14,16 +14,15 @@ const EITHER: &str =
 /// The sentence for a row with aliases; `tried` are designs with one thing more each.
 pub(super) fn alias_words(row: &Row, tried: &[(String, Vec<Row>)]) -> String {
     let does = format!("it does what {} can do", listed(&row.with));
-    let visible =
-        |rows: &Vec<Row>| find(rows, &row.name).is_some_and(|one| one.state == State::Visible);
-    if let Some((remedy, rows)) = tried.iter().find(|(_, rows)| visible(rows)) {
-        let is_open = |other: &&String| is_taken_for(rows, other, &row.name);
-        if !row.with.iter().any(|other| is_open(&other)) {
+    let with = |is: &dyn Fn(&String) -> bool| -> Vec<String> {
+        row.with.iter().filter(|other| is(other)).cloned().collect()
+    };
+    if let Some((remedy, rows)) = tried.iter().find(|(_, rows)| is_visible(rows, &row.name)) {
+        if with(&|other| is_taken_for(rows, other, &row.name)).is_empty() {
             return format!("{does}; {remedy} separates them");
         }
-        let lasts =
-            |other: &&String| tried.iter().all(|(_, rows)| is_taken_for(rows, other, &row.name));
-        let lasting: Vec<String> = row.with.iter().filter(lasts).cloned().collect();
+        let lasting =
+            with(&|other| tried.iter().all(|(_, rows)| is_taken_for(rows, other, &row.name)));
         let but = match lasting.len() {
             0 => String::new(),
             1 => format!(", nothing tried here where {} is", listed(&lasting)),
@@ -31,33 +30,26 @@ pub(super) fn alias_words(row: &Row, tried: &[(String, Vec<Row>)]) -> String {
         };
         return format!("{does}; {remedy} separates them where it is the cause{but}");
     }
-    let left = |rows: &Vec<Row>| -> Vec<String> {
-        let all = row.with.iter();
-        all.filter(|other| is_taken_for(rows, &row.name, other)).cloned().collect()
-    };
-    let each = tried.iter().map(|(remedy, rows)| (remedy, left(rows)));
-    let fewer = each.filter(|(_, left)| left.len() < row.with.len() && !left.is_empty());
+    let left = tried
+        .iter()
+        .map(|(remedy, rows)| (remedy, with(&|other| is_taken_for(rows, &row.name, other))));
+    let fewer = left.filter(|(_, left)| left.len() < row.with.len() && !left.is_empty());
     if let Some((remedy, left)) = fewer.min_by_key(|(_, left)| left.len()) {
-        let gone: Vec<String> =
-            row.with.iter().filter(|other| !left.contains(other)).cloned().collect();
-        return format!(
-            "{does}; {remedy} separates it from {}, but not from {}: {EITHER}",
-            listed(&gone),
-            listed(&left)
-        );
+        let (gone, left) = (listed(&with(&|other| !left.contains(other))), listed(&left));
+        return format!("{does}; {remedy} separates it from {gone}, but not from {left}: {EITHER}");
     }
     // Another row says that something separates them, where that effect is the cause.
-    let is_named = |other: &String| {
-        let named =
-            |rows: &Vec<Row>| find(rows, other).is_some_and(|one| one.state == State::Visible);
-        tried.iter().any(|(_, rows)| named(rows))
-    };
+    let is_named = |other: &String| tried.iter().any(|(_, rows)| is_visible(rows, other));
     let here = if row.with.iter().any(is_named) { ", where it is the cause" } else { "" };
     format!("{does}; nothing tried here separates them{here}: {EITHER}")
 }
 
 fn find<'r>(rows: &'r [Row], name: &str) -> Option<&'r Row> {
     rows.iter().find(|one| one.name == name)
+}
+
+fn is_visible(rows: &[Row], name: &str) -> bool {
+    find(rows, name).is_some_and(|one| one.state == State::Visible)
 }
 
 /// Whether an effect may be taken for another one in a design. Of many aliases only the nearest are

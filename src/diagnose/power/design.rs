@@ -39,8 +39,7 @@ pub struct DelaySigma {
     pub measurand: String,
     /// The parameter that is its delay; measurands may share one.
     pub parameter: String,
-    /// Its delay's largest standard uncertainty over the scope (s); `None` where it is not
-    /// determined.
+    /// Its delay's largest standard uncertainty over the scope (s); `None` if it is not determined.
     pub sigma: Option<f64>,
 }
 
@@ -118,12 +117,12 @@ pub(super) fn delays(nominal: &Calibration) -> Vec<DelaySigma> {
         let names = &part.system.assembly.names;
         for (parameter, declared) in names.parameters.iter().zip(&part.system.declared) {
             for measurand in &declared.delay_of {
-                let own = || estimates.iter().filter(|one| one.name == parameter.name);
-                let known = own().all(|one| one.sigma.is_some());
-                let most = own().filter_map(|one| one.sigma).fold(0.0, f64::max);
+                let own = estimates.iter().filter(|one| one.name == parameter.name);
+                let sigmas: Option<Vec<f64>> = own.map(|one| one.sigma).collect();
+                let sigma = sigmas.map(|all| all.into_iter().fold(0.0, f64::max));
                 let measurand = names.measurands[*measurand].name.clone();
                 if !found.iter().any(|one| one.measurand == measurand) {
-                    let (parameter, sigma) = (parameter.name.clone(), known.then_some(most));
+                    let parameter = parameter.name.clone();
                     found.push(DelaySigma { measurand, parameter, sigma });
                 }
             }

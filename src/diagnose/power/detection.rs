@@ -22,8 +22,7 @@ pub(super) struct CriticalGains {
     pub(super) named: f64,
 }
 
-/// The gains that an effect of so many degrees must reach, one of `members` of its family and of
-/// `candidates`.
+/// Those of an effect of so many degrees, one of `members` of its family and of `candidates`.
 pub(super) fn critical_gains(degrees: usize, members: usize, candidates: usize) -> CriticalGains {
     let priced = |gain| ln_bayes_factor(Gain { gain, degrees }, members, candidates);
     let enters = solved(|gain| gain >= degrees as f64 && priced(gain) >= ENTER);

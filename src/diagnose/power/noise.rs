@@ -124,8 +124,7 @@ impl<'a> Shared<'a> {
     }
 }
 
-/// The name and unit of the random quantity of an effect that is independent from sample to sample,
-/// the first of several.
+/// Name and unit of the first random quantity of an effect that is independent between samples.
 fn white_random(candidate: &Candidate) -> Option<(String, Unit)> {
     let mut randoms = candidate.systems.iter().flatten().next()?.randoms.iter();
     let name = Some(&candidate.name);
@@ -206,8 +205,7 @@ fn patches_level(
     })
 }
 
-/// Outliers: Poisson, so many are there with the probability asked for if their mean is that much
-/// larger.
+/// Outliers: Poisson, enough of them are there with probability [`CAUGHT`] if the mean is larger.
 fn outliers(stage: &Prospect, effect: &Effect) -> Row {
     let readings = stage.fitted.problem.reading_count();
     let mean = solved(|mean| gamma_lr(OUTLIERS as f64, mean) >= CAUGHT);

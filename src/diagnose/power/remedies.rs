@@ -1,16 +1,12 @@
-//! What could be added to a campaign, tried one at a time on the design: a run of opposite sense,
-//! at another rate, with ramps, with a signal that stood still; another setup, the rig tilted or
-//! not; a stated length.
-//!
-//! Whether one of them helps an effect is not a rule of thumb but the same computation with it
-//! added.
+//! What could be added to a campaign, tried one at a time on the design: a run of opposite sense, at
+//! another rate, with ramps, with a signal that stood still; another setup, the rig tilted or not; a
+//! stated length. Whether it helps is no rule of thumb but the same computation with it added.
 
 use crate::campaign::{Run, Samples, Track};
 use crate::diagnose::fitted::Fitted;
 use crate::engine::{Point, Problem};
 use crate::graph::{Kind, Scope};
 use crate::quaternion::Quaternion;
-use crate::system::OfSetup;
 use crate::units::{Dimension, Unit};
 
 use super::design::design;
@@ -24,8 +20,7 @@ const TURNING: f64 = 0.35;
 /// Standard uncertainty of a length that is stated (m).
 const LENGTH: f64 = 2e-6;
 
-/// Designs with one thing more each, with words for it (`a run of opposite sense`), the cheapest
-/// first.
+/// Designs with one thing more each, and words for it (`a run of opposite sense`), the cheapest first.
 pub(super) fn remedies(fitted: &Fitted) -> Vec<(String, Fitted)> {
     let mut all = Vec::new();
     let Some(Template { part, run, signal, senses }) = template(&fitted.problem) else {
@@ -82,14 +77,13 @@ pub(super) fn remedies(fitted: &Fitted) -> Vec<(String, Fitted)> {
             add(name, &|problem| {
                 let part = &mut problem.parts[part];
                 let setup = part.runs[run].setup;
-                let same =
-                    part.system.of_setups.iter().filter(|one| one.setup == part.setups[setup]);
-                let same: Vec<_> =
-                    same.map(|one| OfSetup { setup: name.to_owned(), ..one.clone() }).collect();
-                part.system.of_setups.extend(same);
+                let mut of_setup = part.system.of_setups.clone();
+                of_setup.retain(|one| one.setup == part.setups[setup]);
+                of_setup.iter_mut().for_each(|one| name.clone_into(&mut one.setup));
+                part.system.of_setups.append(&mut of_setup);
                 part.setups.push(name.to_owned());
-                let mut again: Vec<Run> =
-                    part.runs.iter().filter(|run| run.setup == setup).cloned().collect();
+                let mut again = part.runs.clone();
+                again.retain(|run| run.setup == setup);
                 for run in &mut again {
                     run.name = format!("{}_again", run.name);
                     run.setup = part.setups.len() - 1;
@@ -100,10 +94,10 @@ pub(super) fn remedies(fitted: &Fitted) -> Vec<(String, Fitted)> {
         }
     }
     for (index, (parameter, setting)) in names.parameters.iter().zip(settings).enumerate() {
-        let own = fitted.problem.parts[part].system.declared[index].effect.is_none();
-        let length =
-            parameter.kind == Kind::Scalar && parameter.unit.dimension == Dimension::LENGTH;
-        if own && length && !setting.fixed && setting.sigma.is_none() {
+        let is_own = fitted.problem.parts[part].system.declared[index].effect.is_none();
+        let is_length =
+            (parameter.kind, parameter.unit.dimension) == (Kind::Scalar, Dimension::LENGTH);
+        if is_own && is_length && !setting.fixed && setting.sigma.is_none() {
             let words = format!("a calibrated `{}` (to {:.0} µm)", parameter.name, 1e6 * LENGTH);
             let instance = fitted.problem.layout.instance_in(part, run, index);
             let value = fitted.fit.point.values[instance][0];
@@ -134,16 +128,16 @@ struct Template {
 
 fn template(problem: &Problem) -> Option<Template> {
     let mut best: Option<(f64, Template)> = None;
-    for (p, part) in problem.parts.iter().enumerate() {
-        let inputs = &part.system.assembly.names.inputs;
-        for (input, _) in inputs.iter().enumerate().filter(|(_, input)| input.signal) {
-            let rates: Vec<f64> = part.runs.iter().map(|run| mean_rate(run, input)).collect();
-            let senses = [1.0, -1.0].iter().filter(|sense| rates.iter().any(|r| r * **sense > 0.0));
-            let senses = senses.count();
-            for (run, rate) in rates.iter().enumerate() {
-                let faster = best.as_ref().is_none_or(|(most, _)| rate.abs() > *most);
-                if rate.is_finite() && *rate != 0.0 && faster {
-                    best = Some((rate.abs(), Template { part: p, run, signal: input, senses }));
+    for (part, own) in problem.parts.iter().enumerate() {
+        let inputs = own.system.assembly.names.inputs.iter().enumerate();
+        for (signal, _) in inputs.filter(|(_, input)| input.signal) {
+            let rates: Vec<f64> = own.runs.iter().map(|run| mean_rate(run, signal)).collect();
+            let is_there = |sense: &&f64| rates.iter().any(|rate| rate * **sense > 0.0);
+            let senses = [1.0, -1.0].iter().filter(is_there).count();
+            for (run, rate) in rates.iter().map(|rate| rate.abs()).enumerate() {
+                let is_faster = best.as_ref().is_none_or(|(most, _)| rate > *most);
+                if rate.is_finite() && rate > 0.0 && is_faster {
+                    best = Some((rate, Template { part, run, signal, senses }));
                 }
             }
         }
@@ -175,17 +169,15 @@ fn mean_rate(run: &Run, input: usize) -> f64 {
 }
 
 fn stands_still(problem: &Problem, part: usize, input: usize) -> bool {
-    let runs = &problem.parts[part].runs;
-    let moves = |run: &Run| {
-        let mut moves = false;
+    let mut still = true;
+    for run in &problem.parts[part].runs {
         run.record.walk(|stretch| {
-            for sample in stretch.each() {
-                moves |= sample.samples.inputs[input].at(sample.at, sample.time(), 0.0, 1) != 0.0;
-            }
+            still &= stretch.each().all(|sample| {
+                sample.samples.inputs[input].at(sample.at, sample.time(), 0.0, 1) == 0.0
+            });
         });
-        moves
-    };
-    !runs.iter().any(moves)
+    }
+    still
 }
 
 /// Value, rate and acceleration of an input.
@@ -209,12 +201,11 @@ fn moved(samples: &mut Samples, input: usize, motion: &dyn Fn(&Moment) -> [f64; 
     let first = at(samples, input, 0);
     let duration = samples.time[last] - samples.time[0];
     let duration = if duration > 0.0 { duration } else { 1.0 };
-    let states: Vec<[f64; 3]> = (0..=last)
-        .map(|sample| {
-            let time = samples.time[sample] - samples.time[0];
-            motion(&Moment { first, now: at(samples, input, sample), time, duration })
-        })
-        .collect();
+    let state = |sample: usize| {
+        let time = samples.time[sample] - samples.time[0];
+        motion(&Moment { first, now: at(samples, input, sample), time, duration })
+    };
+    let states: Vec<[f64; 3]> = (0..=last).map(state).collect();
     let column = |order: usize| states.iter().map(|state| state[order]).collect();
     samples.inputs[input] =
         Track::Captured { value: column(0), rate: Some(column(1)), acceleration: Some(column(2)) };

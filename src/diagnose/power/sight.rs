@@ -6,7 +6,7 @@
 //! probabilities are means over directions (`DIRECTIONS` random ones, always the same) and over the
 //! members of a family. Values and directions that nominal parameters take up are left aside.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
@@ -19,6 +19,7 @@ use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::thresholds::NEAR_ALIAS;
 use crate::statistics::noncentral_chi_squared;
 
+use super::Row;
 use super::detection::{CriticalGains, leads, solved};
 
 /// Directions over which probabilities are taken, of effects with more than one value.
@@ -41,19 +42,6 @@ pub struct Way<'a> {
     pub candidate: &'a Candidate,
     /// What a pass over the readings gives for it.
     pub entry: &'a Entry,
-}
-
-/// How well an effect is seen.
-#[derive(Default)]
-pub(super) struct Sight {
-    /// The size at which it enters a budget with probability [`CAUGHT`] (SI); `None` if never.
-    pub(super) detectable: Option<f64>,
-    /// The size at which it is a row and leads every other effect; `None` if never.
-    pub(super) identifiable: Option<f64>,
-    /// Effects that do the same, or nearly so, nearest first.
-    pub(super) with: Vec<String>,
-    /// The detectable size of each member of a family.
-    pub(super) members: Vec<(BTreeMap<String, f64>, f64)>,
 }
 
 /// Directions in the space of an entry's values: for each setup, run and measurand of length one,
@@ -129,38 +117,40 @@ struct Ray {
 }
 
 impl Ray {
+    /// Probability that an effect of a size exceeds a gain.
+    fn exceeds(&self, gain: f64, size: f64) -> f64 {
+        noncentral_chi_squared(gain, self.degrees, size * size * self.square)
+    }
+
     fn detected(&self, size: f64) -> f64 {
-        noncentral_chi_squared(self.critical_gains.enters, self.degrees, size * size * self.square)
+        self.exceeds(self.critical_gains.enters, size)
     }
 
     fn identified(&self, size: f64) -> f64 {
         let least = |least: f64, (_, apart, degrees): &(usize, f64, usize)| {
             least.min(leads(size * apart, self.degrees, *degrees))
         };
-        let named = noncentral_chi_squared(
-            self.critical_gains.named,
-            self.degrees,
-            size * size * self.square,
-        );
-        named * self.others.iter().take(NEAREST).fold(1.0, least)
+        let leads = self.others.iter().take(NEAREST).fold(1.0, least);
+        self.exceeds(self.critical_gains.named, size) * leads
     }
 }
 
-/// How well an effect, given by its `ways`, is seen among others. `critical_gains` are those that an
-/// entry of so many degrees must reach.
+/// How well an effect, given by its `ways`, is seen among others: its sizes, those of the members of its
+/// family, and what does the same. `critical_gains` are what an entry of so many degrees must reach.
 pub(super) fn sight(
     evidence: &Evidence,
     ways: &[Way<'_>],
     others: &[Way<'_>],
     critical_gains: impl Fn(usize) -> CriticalGains,
-) -> Sight {
+) -> Row {
+    let row = Row::new(&ways[0].candidate.name);
     let rays = rays(evidence, ways, others, critical_gains);
     // Of no rays it is no number: they are never caught.
     let mean = |rays: &[&Ray], size: f64, of: fn(&Ray, f64) -> f64| {
         rays.iter().map(|ray| of(ray, size)).sum::<f64>() / rays.len() as f64
     };
     let first = ways.iter().find_map(|way| Some((way, way.entry.owners.first()?)));
-    let Some((first, owner)) = first else { return Sight::default() };
+    let Some((first, owner)) = first else { return row };
     let typical = first.candidate.typical(&owner.parameter).unwrap_or(1.0);
     let caught = |rays: &[&Ray], of: fn(&Ray, f64) -> f64| {
         let size = typical * solved(|size| mean(rays, size * typical, of) >= CAUGHT);
@@ -175,7 +165,7 @@ pub(super) fn sight(
         Some((way.candidate.selected.member.clone(), caught(&own, Ray::detected)?))
     });
     let with = alike(&rays, others, identifiable.is_none().then_some(most));
-    Sight { detectable, identifiable, with, members: members.collect() }
+    Row { detectable, identifiable, with, members: members.collect(), ..row }
 }
 
 fn rays(
@@ -188,29 +178,22 @@ fn rays(
     for (member, way) in ways.iter().enumerate().filter(|(_, way)| way.entry.degrees() > 0) {
         let cosines: Vec<DMatrix<f64>> =
             others.iter().map(|other| evidence.overlap(other.entry, way.entry)).collect();
+        let degrees = way.entry.degrees();
+        let critical_gains = critical_gains(degrees);
         for direction in directions(*way) {
             let signature = &way.entry.lengths * &direction;
             let square = signature.norm_squared();
-            let mut apart: Vec<(usize, f64, usize)> = cosines
-                .iter()
-                .enumerate()
-                .map(|(number, cosines)| {
-                    let left = (square - (cosines * &signature).norm_squared()).max(0.0);
-                    (number, left.sqrt(), others[number].entry.degrees())
-                })
-                .collect();
+            let left = |(number, cosines): (usize, &DMatrix<f64>)| {
+                let left = (square - (cosines * &signature).norm_squared()).max(0.0);
+                (number, left.sqrt(), others[number].entry.degrees())
+            };
+            let mut apart: Vec<(usize, f64, usize)> =
+                cosines.iter().enumerate().map(left).collect();
             apart.sort_by(|a, b| a.1.total_cmp(&b.1));
             // Many members of a family may be near: of each effect only the nearest.
             let mut named = BTreeSet::new();
             apart.retain(|(number, ..)| named.insert(&others[*number].candidate.name));
-            let degrees = way.entry.degrees();
-            rays.push(Ray {
-                member,
-                degrees,
-                critical_gains: critical_gains(degrees),
-                square,
-                others: apart,
-            });
+            rays.push(Ray { member, degrees, critical_gains, square, others: apart });
         }
     }
     let most = rays.iter().map(|ray| ray.square).fold(0.0, f64::max);
