@@ -129,15 +129,12 @@ pub fn fitting(
     selected: &Selected,
     place: Option<&Place>,
 ) -> Option<Candidate> {
-    let mut joined = Joined::new(recipes.len());
-    for (campaign, recipe) in recipes.iter().enumerate() {
-        let system = match place {
-            Some(_) => recipe.with_first(selected),
-            None => recipe.with(std::slice::from_ref(selected)),
-        };
-        if let Ok(system) = system {
-            joined.add(campaign, selected.clone(), place.cloned(), system);
-        }
-    }
-    joined.found.pop()
+    let with = |recipe: &Recipe| match place {
+        Some(_) => recipe.with_first(selected),
+        None => recipe.with(std::slice::from_ref(selected)),
+    };
+    let systems = recipes.iter().map(|recipe| with(recipe).ok().map(Arc::new)).collect();
+    let (name, place, selected) = (selected.name(), place.cloned(), selected.clone());
+    let fitting = Candidate { name, selected, variant: None, place, systems };
+    fitting.systems.iter().any(Option::is_some).then_some(fitting)
 }

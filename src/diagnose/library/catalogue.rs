@@ -1,9 +1,8 @@
 //! What has been made of models and effects, kept for the next time: the same models are looked at
 //! again after each round of judging the noise, and in every trial of one design.
 //!
-//! To put an effect into a model, derive its signature and compile that takes longer than to use
-//! it. What is made depends on the models, what is stated of them, and the effects in use: never on
-//! readings.
+//! To put an effect into a model, derive its signature and compile that takes longer than to use it. What
+//! is made depends on the models, what is stated of them, and the effects in use: never on readings.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -53,11 +52,8 @@ impl Catalogue {
         if let Some(known) = last(&mut locked(&self.0), &key) {
             return known;
         }
-        let made = Arc::new(Made {
-            offer: offer(recipes),
-            blocks: blocks(recipes),
-            signatures: Mutex::default(),
-        });
+        let (offer, blocks) = (offer(recipes), blocks(recipes));
+        let made = Arc::new(Made { offer, blocks, signatures: Mutex::default() });
         let mut all = locked(&self.0);
         if all.insert(key, made.clone()).is_none() && all.len() > MOST_MODELS {
             all.shift_remove_index(0);
@@ -79,8 +75,7 @@ fn locked<T>(kept: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Made {
-    /// The signatures of some candidates in each campaign of a problem that has the models of which
-    /// this was made.
+    /// The signatures of candidates in each campaign of a problem with the models of which this was made.
     pub fn signatures(&self, problem: &Problem, candidates: &[&Candidate]) -> Arc<Vec<Signatures>> {
         // Held parameters have no directions, whatever the models.
         let directions = |part| problem.programs(part).directions();
@@ -123,15 +118,11 @@ pub(in crate::diagnose) fn key(candidates: &[&Candidate]) -> String {
 
 /// All that a model with effects hangs on.
 pub fn written(recipe: &Recipe) -> String {
-    let effects: Vec<String> = recipe
-        .effects
-        .iter()
-        .map(|one| {
-            let Selected { effect, head, member } = one;
-            // Effects made while noise is judged differ in their text alone.
-            format!("{} {} {head:?} {member:?}", effect.name, effect.source.text)
-        })
-        .collect();
+    let written = |Selected { effect, head, member }: &Selected| {
+        // Effects made while noise is judged differ in their text alone.
+        format!("{} {} {head:?} {member:?}", effect.name, effect.source.text)
+    };
+    let effects: Vec<String> = recipe.effects.iter().map(written).collect();
     // Where a value is stated is no matter of what it is.
     let stated = |one: &Override| Override { place: None, ..one.clone() };
     let overrides: Vec<Override> = recipe.overrides.iter().map(stated).collect();

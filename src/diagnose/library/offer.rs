@@ -1,8 +1,6 @@
-//! What the library offers: every effect, at every head, with every member of its families; and why
-//! the rest cannot be tested here.
-//!
-//! It does not look at readings. An effect that acts on noise alone is set apart: it has no
-//! signature and is looked for in the variance.
+//! What the library offers, whatever the readings: every effect, at every head, with every member of its
+//! families; and why the rest cannot be tested here. Effects on noise alone are set apart: they have no
+//! signature and are looked for in the variance.
 
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
@@ -34,18 +32,14 @@ pub struct Offer {
 }
 
 impl Offer {
-    /// What can be tested in the runs of a problem: an effect over the time of all runs only where
-    /// they are in sequence.
+    /// What the runs of a problem can test: an effect over the time of all only where they are in sequence.
     #[must_use]
     pub fn of_runs(mut self, problem: &Problem) -> Self {
         if problem.runs_in_sequence() {
             return self;
         }
-        let (out, rest) =
-            self.effects.into_iter().partition(|one| one.selected.effect.runs_in_sequence);
-        self.effects = rest;
-        let out: Vec<Candidate> = out;
-        self.not_testable.extend(out.iter().map(|one| NotTestable::here(&one.name, NO_SEQUENCE)));
+        let out = self.effects.extract_if(.., |one| one.selected.effect.runs_in_sequence);
+        self.not_testable.extend(out.map(|one| NotTestable::here(&one.name, NO_SEQUENCE)));
         self
     }
 }
@@ -99,9 +93,7 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
         };
         for selected in heads {
             // Those of the library are known to be absent at zero.
-            if let Some(remains) =
-                is_own.then(|| recipe.remains(&selected, &recipe.overrides)).flatten()
-            {
+            if is_own && let Some(remains) = recipe.remains(&selected, &recipe.overrides) {
                 why.push(remains.message);
                 continue;
             }
@@ -131,19 +123,17 @@ fn members(recipe: &Recipe, effect: &Effect) -> Vec<BTreeMap<String, f64>> {
             Some(value) => vec![value],
             None => declared.members.series(MEMBERS),
         };
-        let with = |one: &BTreeMap<String, f64>, value: f64| {
-            let mut one = one.clone();
+        let with = |mut one: BTreeMap<String, f64>, value: f64| {
             one.insert(family.clone(), value);
             one
         };
-        all =
-            all.iter().flat_map(|one| values.iter().map(move |value| with(one, *value))).collect();
+        let each = |one| values.iter().map(move |value| with(BTreeMap::clone(one), *value));
+        all = all.iter().flat_map(each).collect();
     }
     all
 }
 
-/// Whether an effect acts on noise alone: all its parameters are random, or all its patches are of
-/// noise levels.
+/// Whether an effect acts on noise alone: its parameters are random, or it patches noise levels alone.
 pub fn is_noise(effect: &Effect) -> bool {
     let random = effect.parameters.iter().all(|one| one.setting.scope == Scope::Sample);
     let levels = effect

@@ -2,8 +2,7 @@
 
 /// The covariate of a block with a value for each run.
 pub(super) const RUN: &str = "run";
-/// What the channel of a timing error is called before whose it is, and where it is that of all
-/// readings.
+/// What the channel of a timing error is called before whose it is, and all readings there.
 pub(super) const TIME_OF: &str = "time of ";
 pub(in crate::diagnose) const ALL_READINGS: &str = "all readings";
 /// What the channel of another value of a parameter is called before its name.
@@ -146,8 +145,7 @@ impl Place {
         self.stated() == Some(parameter)
     }
 
-    /// Of a reading whose error depends on several inputs together, or on the only one in a form that
-    /// no block has.
+    /// Of a reading whose error depends on several inputs together, or on one in a form of no block.
     pub(in crate::diagnose) fn of_inputs(measurand: &str, only: Option<&str>) -> Self {
         let over = only.unwrap_or("several inputs together");
         let words = format!("an error of `{measurand}` over {over}");

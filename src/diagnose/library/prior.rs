@@ -1,8 +1,7 @@
 //! How probable each cause is before the readings are looked at.
 //!
-//! Nothing, some effect of the library, unknown structure: three probabilities, and for each effect
-//! how many times as probable as the others it is. How large effects may be is not its business:
-//! that is their typical size.
+//! Nothing, some effect of the library, unknown structure: three probabilities, and how many times as
+//! probable as the others each effect is. How large effects may be is a matter of their typical sizes.
 
 use std::collections::BTreeMap;
 

@@ -46,8 +46,7 @@ pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
     offered(recipes, effects)
 }
 
-/// Direction-dependent errors: hysteresis, backlash, the drag of a cable. Where many things move they
-/// are too many.
+/// Direction-dependent errors (hysteresis, backlash, a cable's drag); too many where many things move.
 fn by_sense(model: &Model) -> Vec<Block> {
     if !few_move(model) {
         return Vec::new();

@@ -10,16 +10,14 @@ use crate::formula::parser::parse;
 use crate::formula::show::text;
 use crate::system::Selected;
 
-/// Its value, and the constants of each run between which it acts: the first sample, and the one after
-/// the last.
+/// Its value, and the constants of each run between which it acts: first sample, and one after the last.
 pub(in crate::diagnose) const SIZE: &str = "change";
 pub(in crate::diagnose) const FROM: &str = "change_from";
 pub(in crate::diagnose) const UNTIL: &str = "change_until";
 /// Of a run in which it does not act.
 pub(in crate::diagnose) const NEVER: f64 = 1e12;
 
-/// One value of a block, between samples of each run, as an effect by a name. `None` where the block
-/// has no such value.
+/// One value of a block between samples of each run, as an effect by a name; `None` if it has none.
 pub(in crate::diagnose) fn windowed(block: &Effect, value: usize, name: &str) -> Option<Selected> {
     let own = block.parameters.get(value)?;
     let window = format!("0.5 * (sign(index + 0.5 - {FROM}) - sign(index + 0.5 - {UNTIL}))");

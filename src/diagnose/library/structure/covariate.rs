@@ -1,5 +1,4 @@
-//! What unknown structure may be a function of: what moves, what the head does, time, setups and
-//! runs, as terms with one coefficient each.
+//! What unknown structure may be a function of, as terms: what moves, the head, time, setups, runs.
 
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
@@ -11,6 +10,8 @@ use crate::diagnose::library::place::{RUN, SETUP, TIME};
 pub(super) const FEW: usize = 2;
 /// Waves over the reading of a circle.
 pub(super) const CIRCLE_ORDERS: usize = 4;
+/// The axes of a vector.
+pub(super) const AXES: [&str; 3] = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"];
 /// The covariate of what each run does in its course.
 pub(super) const RUN_TIME: &str = "run time";
 
@@ -61,10 +62,9 @@ impl Covariate {
 
     /// Each of its terms along each axis.
     pub(super) fn along_axes(self) -> Self {
-        let axes = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"];
         let along =
             |axis| self.terms.iter().map(move |(term, of)| (format!("{term} * {axis}"), *of));
-        let terms = axes.into_iter().flat_map(along).collect();
+        let terms = AXES.into_iter().flat_map(along).collect();
         Self { terms, ..self }
     }
 

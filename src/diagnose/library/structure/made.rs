@@ -1,6 +1,5 @@
 //! Blocks as effects: their text, from what they are over and what they change.
 
-use std::fmt::Write as _;
 use std::sync::Arc;
 
 use crate::diagnostic::Source;
@@ -53,11 +52,9 @@ pub(super) fn made(
         format!("name = \"{name}\"\ntitle = \"{}\"\nacts = \"noise\"\n[parameters]\n", place.words);
     for (coefficient, unit) in coefficients {
         let unit = unit.si_symbol();
-        let written = writeln!(
-            text,
-            "{coefficient} = {{ unit = \"{unit}\", typical = \"1 {unit}\", scope = \"{scope}\" }}"
-        );
-        written.ok()?;
+        text.push_str(&format!(
+            "{coefficient} = {{ unit = \"{unit}\", typical = \"1 {unit}\", scope = \"{scope}\" }}\n"
+        ));
     }
     let shape = if family.is_empty() { "" } else { "[shape]\n" };
     text.push_str(&format!("[patch]\n{patches}\n{shape}{family}\n"));
@@ -69,15 +66,14 @@ pub(super) fn made(
 /// Letters of a block's name at most; effects may have 64.
 const LONGEST: usize = 60;
 
-/// A name that an effect may have, the same each time: of a long one the beginning and a number for
-/// all of it.
+/// A name that an effect may have, the same each time: a long one's beginning and a number for it all.
 fn called(name: &str) -> String {
     let plain: Vec<char> =
         name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
     if plain.len() <= LONGEST {
         return plain.into_iter().collect();
     }
-    // FNV-1a.
+    // FNV-1a: the standard library promises no hash that is the same each time.
     let number = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     });

@@ -7,6 +7,7 @@ use crate::model::{Model, ParameterDeclaration};
 use crate::units::Unit;
 
 use super::POSITION;
+use super::covariate::AXES;
 use super::made::{Block, made};
 use crate::diagnose::library::place::{OF_PARAMETER, Of, Place, RUN};
 
@@ -28,7 +29,6 @@ pub(super) fn of_parameters(model: &Model) -> Vec<Block> {
 
 fn of_components(parameter: &ParameterDeclaration) -> Vec<Block> {
     let name = &parameter.name;
-    let axes = [("x", "[1, 0, 0]"), ("y", "[0, 1, 0]"), ("z", "[0, 0, 1]")];
     let block = |component: &str, words: String, patch: String, unit: &Unit| {
         let of = Of::Channel(format!("{OF_PARAMETER}{name}{component}"));
         let place = Place::new(of, RUN, format!("another value of {words} over {RUN}"));
@@ -55,6 +55,6 @@ fn of_components(parameter: &ParameterDeclaration) -> Vec<Block> {
             let patch = format!("{name} + part_0");
             block("", format!("`{name}`"), patch, &parameter.unit).into_iter().collect()
         }
-        _ => axes.into_iter().filter_map(along).collect(),
+        _ => ["x", "y", "z"].into_iter().zip(AXES).filter_map(along).collect(),
     }
 }

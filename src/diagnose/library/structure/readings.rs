@@ -23,8 +23,7 @@ pub(super) fn readings(model: &Model) -> Vec<Block> {
         covariates.extend(of_the_head(model));
         covariates.extend(waves::slow());
         covariates.push(waves::settling(model));
-        covariates.extend(waves::over_lengths(model));
-        covariates.extend(waves::over_angles(model));
+        covariates.extend(waves::over_inputs(model));
         covariates.extend(waves::over_itself(model, measurand));
         if measurand.kind == MeasurandKind::Plain {
             covariates.push(scale_over_campaign(name, measurand.unit.dimension));
@@ -89,7 +88,7 @@ pub(super) fn of_inputs(model: &Model) -> Vec<Block> {
         let name = &input.name;
         let (of, what) = (format!("input {name}"), format!("an error of the input `{name}`"));
         let mut covariates = vec![of_itself(input, INPUT_ORDERS)];
-        covariates.extend(waves::over_input(input, INPUT_ORDERS));
+        covariates.extend(input.unit.is_angle().then(|| waves::over_circle(name, INPUT_ORDERS)));
         let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
         blocks_over(&Of::Channel(of), &what, &covariates, input.unit.dimension, patch)
     };

@@ -1,5 +1,4 @@
-//! What two quantities do together: products of two inputs, and loads by the sense of a motion. What each of
-//! them does by itself is a matter of `covariate`.
+//! What two quantities do together: products of two inputs, and loads by the sense of a motion.
 
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;

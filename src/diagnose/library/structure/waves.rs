@@ -11,7 +11,7 @@ use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::{Dimension, Unit};
 
-use super::covariate::{Covariate, FEW, RUN_TIME, few_move, sense_of, wave};
+use super::covariate::{AXES, Covariate, FEW, RUN_TIME, Term, few_move, sense_of, wave};
 use super::made::{Block, made};
 use super::{ORDERS, Spread, directions, orders};
 use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place, TIME};
@@ -21,15 +21,39 @@ use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place, TIME
 const FINEST: usize = 36;
 const FINEST_OF_TEETH: usize = 400;
 /// Waves a turn of what turns at another rate: a shaft of a gearbox, a belt.
-const ANY: (f64, f64) = (0.02, 12.0);
+const ANY: (&str, &str) = ("0.02", "12");
 /// Turns that an angle goes through at least for such waves.
 const MANY_TURNS: f64 = 3.0;
 /// Angles, or lengths, over which waves of readings are looked for, at most.
 const MOST_OVER: usize = 4;
+/// What is unknown of waves a turn, and what a member is. No model names its quantities so.
+const ORDER: &str = "unknown_order";
+const A_TURN: &str = "{member} waves a turn";
 
-/// Waves over the reading of a circle, finer than so many a turn.
-pub(super) fn over_circle(angle: &str, orders: usize) -> Covariate {
-    orders_of("fine", angle, finer(orders))
+/// A family over something: how it is called there, what a member is, its line and its terms.
+fn family(
+    (how, over): (&str, &str),
+    member: &str,
+    line: String,
+    terms: impl IntoIterator<Item = Term>,
+) -> Covariate {
+    Covariate {
+        over: over.to_owned(),
+        words: format!("{over}, {member}"),
+        family: line,
+        ..Covariate::new(format!("{how} {over}"), terms)
+    }
+}
+
+/// The line of a family from one member to another.
+fn range(name: &str, unit: &str, (from, to): (&str, &str)) -> String {
+    format!("{name} = {{ unit = \"{unit}\", from = \"{from}\", to = \"{to}\" }}")
+}
+
+fn orders_of(how: &str, angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
+    let members: Vec<String> = orders.map(|order| order.to_string()).collect();
+    let line = format!("{ORDER} = [{}]", members.join(", "));
+    family((how, angle), A_TURN, line, wave(&format!("{ORDER} * {angle}")))
 }
 
 fn finer(orders: usize) -> impl Iterator<Item = f64> {
@@ -40,16 +64,20 @@ fn halves() -> impl Iterator<Item = f64> {
     (0..ORDERS.0).map(|order| order as f64 + 0.5)
 }
 
-fn orders_of(how: &str, angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
-    let members: Vec<String> = orders.map(|order| order.to_string()).collect();
-    // No model names its quantities so.
-    let order = "unknown_order";
-    Covariate {
-        over: angle.to_owned(),
-        words: format!("{angle}, {{member}} waves a turn"),
-        family: format!("{order} = [{}]", members.join(", ")),
-        ..Covariate::new(format!("{how} {angle}"), wave(&format!("{order} * {angle}")))
-    }
+/// Waves over an angle, finer than so many a turn.
+pub(super) fn over_circle(angle: &str, orders: usize) -> Covariate {
+    orders_of("fine", angle, finer(orders))
+}
+
+fn over_length(length: &str) -> Covariate {
+    let number = "unknown_waves";
+    let line = range(number, "1/m", ("0.2 1/m", "200 1/m"));
+    let terms = wave(&format!("2 * pi * {number} * {length}"));
+    family(("fine", length), "{member} waves a metre", line, terms)
+}
+
+fn is_length(input: &InputDeclaration) -> bool {
+    input.unit.dimension == Dimension::LENGTH
 }
 
 /// Waves over what moves, where few things do: a robot's joints are too many. Over what turns they
@@ -60,41 +88,34 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
         return Vec::new();
     }
     // A screw has its pitch whether or not what is commanded is a signal.
-    let is_length = |input: &&InputDeclaration| input.unit.dimension == Dimension::LENGTH;
-    let are_few = model.inputs.iter().filter(is_length).count() <= FEW;
+    let are_few = model.inputs.iter().filter(|input| is_length(input)).count() <= FEW;
     let signals = model.inputs.iter().filter(|input| input.signal || are_few && is_length(input));
     let over = |input: &InputDeclaration| {
         if input.unit.is_angle() {
             Some(orders_of("fine", &input.name, halves().chain(finer(ORDERS.0))))
         } else {
-            (input.unit.dimension == Dimension::LENGTH).then(|| over_length(&input.name))
+            is_length(input).then(|| over_length(&input.name))
         }
     };
     signals.filter_map(over).collect()
 }
 
-/// Waves of a reading over lengths where a model has no target that such waves could displace: those
-/// of a screw, whether or not what is commanded is a signal.
-pub(super) fn over_lengths(model: &Model) -> impl Iterator<Item = Covariate> {
-    let is_length = |input: &&InputDeclaration| input.unit.dimension == Dimension::LENGTH;
-    let is_wanted =
-        directions(model).is_empty() && model.inputs.iter().filter(is_length).count() <= MOST_OVER;
-    let lengths = model.inputs.iter().filter(move |input| is_wanted && is_length(input));
-    lengths.map(|input| over_length(&input.name))
-}
-
-/// Waves of a reading over angles, finer than blocks have them or between theirs, where a model has no
-/// target that such waves could displace: those of the poles of a motor, of a gear, of a worm.
-pub(super) fn over_angles(model: &Model) -> impl Iterator<Item = Covariate> {
-    let is_angle = |input: &&InputDeclaration| input.unit.is_angle();
-    let is_wanted =
-        directions(model).is_empty() && model.inputs.iter().filter(is_angle).count() <= MOST_OVER;
-    let angles = model.inputs.iter().filter(move |input| is_wanted && is_angle(input));
-    angles.flat_map(|input| {
+/// Waves of a reading over inputs where a model has no target that such waves could displace. Over
+/// lengths they are those of a screw, whether or not what is commanded is a signal; over angles, finer
+/// than blocks have them or between theirs, those of the poles of a motor, of a gear, of a worm.
+pub(super) fn over_inputs(model: &Model) -> Vec<Covariate> {
+    let few = |is_own: fn(&InputDeclaration) -> bool| {
+        let own = model.inputs.iter().filter(|input| is_own(input)).map(|input| &input.name);
+        let own: Vec<&String> = own.collect();
+        if directions(model).is_empty() && own.len() <= MOST_OVER { own } else { Vec::new() }
+    };
+    let lengths = few(is_length).into_iter().map(|length| over_length(length));
+    let angles = few(|input| input.unit.is_angle()).into_iter().flat_map(|angle| {
         let fine = halves().chain(finer(orders(model)));
         let of_teeth = (FINEST + 1..=FINEST_OF_TEETH).map(|order| order as f64);
-        [orders_of("fine", &input.name, fine), orders_of("teeth of", &input.name, of_teeth)]
-    })
+        [orders_of("fine", angle, fine), orders_of("teeth of", angle, of_teeth)]
+    });
+    lengths.chain(angles).collect()
 }
 
 /// Waves of any order of a reading over angles that go through many turns, in models without a target:
@@ -102,30 +123,16 @@ pub(super) fn over_angles(model: &Model) -> impl Iterator<Item = Covariate> {
 /// begins in a turn that is not known: its waves have phases of their own.
 pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
     let turns = |input: &&InputDeclaration| {
-        let is_own = |one: &&Spread| one.input == input.name && one.turns >= MANY_TURNS;
-        spreads.iter().any(|one| is_own(&one))
+        let is_own = |one: &Spread| one.input == input.name && one.turns >= MANY_TURNS;
+        spreads.iter().any(is_own)
     };
     let over = |input: &InputDeclaration| {
-        let waves = any_order_over(&input.name);
+        let terms = wave(&format!("{ORDER} * {}", input.name));
+        let waves = family(("any order", &input.name), A_TURN, range(ORDER, "1", ANY), terms);
         if input.period.is_some() { waves.per("run") } else { waves }
     };
     let angles: Vec<Covariate> = model.inputs.iter().filter(turns).map(over).collect();
     if directions(model).is_empty() && angles.len() <= MOST_OVER { angles } else { Vec::new() }
-}
-
-fn any_order_over(angle: &str) -> Covariate {
-    let order = "unknown_order";
-    Covariate {
-        over: angle.to_owned(),
-        words: format!("{angle}, {{member}} waves a turn"),
-        family: format!("{order} = {{ unit = \"1\", from = {}, to = {} }}", ANY.0, ANY.1),
-        ..Covariate::new(format!("any order {angle}"), wave(&format!("{order} * {angle}")))
-    }
-}
-
-/// Waves of an error of an angle over itself, finer than so many a turn; none over anything else.
-pub(super) fn over_input(input: &InputDeclaration, orders: usize) -> Option<Covariate> {
-    input.unit.is_angle().then(|| orders_of("fine", &input.name, finer(orders)))
 }
 
 /// Waves of a reading over itself, each by itself: over a shaft that is counted on over turns, and over
@@ -140,28 +147,14 @@ pub(super) fn over_itself(model: &Model, measurand: &MeasurandDeclaration) -> Op
     (is_length && directions(model).is_empty()).then(|| over_length(name))
 }
 
-fn over_length(length: &str) -> Covariate {
-    let number = "unknown_waves";
-    Covariate {
-        over: length.to_owned(),
-        words: format!("{length}, {{member}} waves a metre"),
-        family: format!("{number} = {{ unit = \"1/m\", from = \"0.2 1/m\", to = \"200 1/m\" }}"),
-        ..Covariate::new(format!("fine {length}"), wave(&format!("2 * pi * {number} * {length}")))
-    }
-}
-
 /// Waves over a setup: from those that a run just sees to an hour, and from there to a month, as day
 /// and night and the tides make them.
 pub(super) fn slow() -> [Covariate; 2] {
     let period = "unknown_period";
-    [("slow", "10 s", "1 h"), ("slowest", "1 h", "720 h")].map(|(how, from, to)| {
+    [("slow", ("10 s", "1 h")), ("slowest", ("1 h", "720 h"))].map(|(how, ends)| {
         let terms = wave(&format!("2 * pi * setup_time / {period}"));
-        Covariate {
-            over: TIME.to_owned(),
-            words: format!("{TIME}, a wave every {{member}} s"),
-            family: format!("{period} = {{ unit = \"s\", from = \"{from}\", to = \"{to}\" }}"),
-            ..Covariate::new(format!("{how} {TIME}"), terms).per("setup")
-        }
+        let line = range(period, "s", ends);
+        family((how, TIME), "a wave every {member} s", line, terms).per("setup")
     })
 }
 
@@ -169,23 +162,18 @@ pub(super) fn slow() -> [Covariate; 2] {
 /// where few do: a servo, a bearing, what was touched to start it.
 pub(super) fn settling(model: &Model) -> Covariate {
     let time = "unknown_time";
-    let rest = format!("exp(-(run_time / {time}))");
+    let rest = (format!("exp(-(run_time / {time}))"), Dimension::NONE);
     let signals = model.inputs.iter().filter(|input| input.signal && few_move(model));
     let by_sense = signals.map(|signal| {
         let (sense, of) = sense_of(&signal.name);
-        (format!("{sense} * {rest}"), of)
+        (format!("{sense} * {}", rest.0), of)
     });
-    let terms = std::iter::once((rest.clone(), Dimension::NONE)).chain(by_sense);
-    Covariate {
-        over: RUN_TIME.to_owned(),
-        words: format!("{RUN_TIME}, exponential settling in {{member}} s"),
-        family: format!("{time} = {{ unit = \"s\", from = \"0.2 s\", to = \"100 s\" }}"),
-        ..Covariate::new(format!("rest in {RUN_TIME}"), terms)
-    }
+    let terms = std::iter::once(rest.clone()).chain(by_sense);
+    let line = range(time, "s", ("0.2 s", "100 s"));
+    family(("rest in", RUN_TIME), "exponential settling in {member} s", line, terms)
 }
 
-/// An oscillation of all readings together, with phases and strengths of each run's own, from where
-/// slow waves end.
+/// An oscillation of all readings from where slow waves end, with phases and strengths of each run's own.
 pub(super) fn in_time(model: &Model) -> Vec<Block> {
     let all = &model.measurands;
     let (of, what) = match all.as_slice() {
@@ -193,21 +181,14 @@ pub(super) fn in_time(model: &Model) -> Vec<Block> {
         _ => (Of::Channel(ALL_READINGS.to_owned()), "the readings".to_owned()),
     };
     let place = Place::new(of, OSCILLATION, format!("an oscillation of {what} at {{member}} Hz"));
-    // Models with other measurands have another family.
-    let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
-    oscillation(&names.join("_"), &place, all).into_iter().collect()
-}
-
-/// What a wave along each axis is multiplied by.
-const AXES: &[&str] = &[" * [1, 0, 0]", " * [0, 1, 0]", " * [0, 0, 1]"];
-
-fn oscillation(name: &str, place: &Place, of: &[MeasurandDeclaration]) -> Option<Block> {
     let (mut coefficients, mut patches) = (Vec::new(), String::new());
-    for (number, measurand) in of.iter().enumerate() {
+    for (number, measurand) in all.iter().enumerate() {
         let name = measurand.name.as_str();
-        let axes = if measurand.kind == MeasurandKind::Rotation { AXES } else { &[""] };
+        let is_turn = measurand.kind == MeasurandKind::Rotation;
+        let along = AXES.map(|axis| format!(" * {axis}"));
+        let along = if is_turn { &along[..] } else { &[String::new()] };
         let mut wave = Vec::new();
-        for (axis, along) in axes.iter().enumerate() {
+        for (axis, along) in along.iter().enumerate() {
             for phase in ["cos", "sin"] {
                 let coefficient = format!("unknown_{phase}_{number}_{axis}");
                 wave.push(format!(
@@ -217,16 +198,14 @@ fn oscillation(name: &str, place: &Place, of: &[MeasurandDeclaration]) -> Option
             }
         }
         let sum = wave.join(" + ");
-        patches.push_str(&match measurand.kind {
-            MeasurandKind::Rotation => format!("{name} = '{name} * turn({sum})'\n"),
-            _ => format!("{name} = '{name} + {sum}'\n"),
+        patches.push_str(&match is_turn {
+            true => format!("{name} = '{name} * turn({sum})'\n"),
+            false => format!("{name} = '{name} + {sum}'\n"),
         });
     }
-    made(
-        &format!("unknown_oscillation_{name}"),
-        place,
-        (&coefficients, "run"),
-        "unknown_frequency = { unit = \"Hz\", from = \"0.1 Hz\", to = \"10 Hz\" }",
-        &patches,
-    )
+    // Models with other measurands have another family.
+    let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
+    let name = format!("unknown_oscillation_{}", names.join("_"));
+    let line = range("unknown_frequency", "Hz", ("0.1 Hz", "10 Hz"));
+    made(&name, &place, (&coefficients, "run"), &line, &patches).into_iter().collect()
 }
