@@ -93,8 +93,7 @@ pub struct Gap {
 /// Part of the gap that is closed below which readings contradict what was named.
 const BORNE_OUT: f64 = 0.25;
 
-/// Held-out readings that are missed by so many times their noise, all of them, are of something
-/// else.
+/// Where all measurands are missed by so many times their noise, they are of something else.
 const MISSED: f64 = 10.0;
 
 impl Gap {
@@ -125,9 +124,8 @@ impl Gap {
         (is_borne_out || self.missed().is_none()).then_some(is_borne_out)
     }
 
-    /// How many times its noise a held-out campaign is missed, with and without what was named,
-    /// where that is so much that it is of something else: another rig, or values that are held
-    /// wrongly.
+    /// How many times its noise a held-out campaign is missed, with and without what was named, where
+    /// it is that of something else: of another rig, or with values that are held wrongly.
     pub fn missed(&self) -> Option<f64> {
         let times = |rms: &[(String, f64)]| {
             let noise = |name: &str| self.floor.iter().find(|one| one.0 == name);
@@ -179,19 +177,18 @@ pub fn closed(drops: &[Drop], leftover: f64) -> (f64, [f64; 2]) {
     (part(total, leftover), [part(total - spread, most), part(total + spread, least)])
 }
 
-/// The gap of a model with its adopted effects against the same without them, from the drops that
-/// the first of them brings, the first two, and so on.
-/// The effects have so many `degrees` of freedom that the readings determine.
+/// The gap of a model with its adopted effects, which have so many `degrees` of freedom that the readings
+/// determine, against the same without them: from the drops by the first of them, the first two, ...
 pub fn gap(models: &Steps, drops: &[Vec<Drop>], degrees: usize, leftover: f64) -> Gap {
     let (before, after) = (&models.nominal, models.last());
-    let mut steps: Vec<Step> = Vec::new();
     let mut known = 0.0;
-    for ((effect, fitted), drops) in models.with.iter().zip(drops) {
+    let steps = models.with.iter().zip(drops).map(|((effect, fitted), drops)| {
         let rms = rms(&fitted.problem, &fitted.fit.point);
         let held_out_drop = taken(drops) - known;
         known += held_out_drop;
-        steps.push(Step { effect: effect.clone(), rms, held_out_drop });
-    }
+        Step { effect: effect.clone(), rms, held_out_drop }
+    });
+    let steps = steps.collect();
     let drops = drops.last().map_or(&[][..], Vec::as_slice);
     let gain = before.fit.cost - after.fit.cost;
     Gap {

@@ -48,31 +48,29 @@ pub fn holdout(opened: &Opened, models: &Steps, options: &Options) -> Result<Gap
     let readings = |parts: &[Part]| parts.iter().flat_map(Part::present).sum::<usize>();
     let left_out = readings(held.parts) - readings(&parts);
     let held = Held { parts: &parts, ..held };
-    let both = |model: &Fitted| {
+    let all = std::iter::once(&models.nominal).chain(models.with.iter().map(|(_, model)| model));
+    let learnt = all.map(|model| {
         let whole = held.learns(model)?;
         let learnt = held.learns_in_part(&whole)?;
         Ok::<_, HoldoutError>((whole, learnt))
-    };
-    let nominal = both(&models.nominal)?;
-    let with: Vec<(Fitted, Fitted)> =
-        models.with.iter().map(|(_, model)| both(model)).collect::<Result<_, HoldoutError>>()?;
-    let by_eighths = with.iter().chain([&nominal]).all(|(_, learnt)| learnt.is_sound());
-    let scored = |(whole, learnt): (Fitted, Fitted)| {
+    });
+    let learnt = learnt.collect::<Result<Vec<_>, _>>()?;
+    let by_eighths = learnt.iter().all(|(_, learnt)| learnt.is_sound());
+    let scored = learnt.into_iter().map(|(whole, learnt)| {
         if by_eighths { Scored::of_the_rest(&whole, learnt) } else { Scored::of(whole) }
-    };
-    let before = scored(nominal);
-    let with: Vec<Scored> = with.into_iter().map(scored).collect();
-    let (mut steps, mut last) = (Vec::new(), &before);
-    for ((effect, _), next) in models.with.iter().zip(&with) {
-        let held_out_drop = taken(&last.drops(next));
-        steps.push(Step { effect: effect.clone(), rms: next.rms.clone(), held_out_drop });
-        last = next;
-    }
+    });
+    let scored: Vec<Scored> = scored.collect();
+    let steps = models.with.iter().zip(scored.windows(2)).map(|((effect, _), pair)| Step {
+        effect: effect.clone(),
+        rms: pair[1].rms.clone(),
+        held_out_drop: taken(&pair[0].drops(&pair[1])),
+    });
+    let (before, last) = (&scored[0], &scored[scored.len() - 1]);
     let drops = before.drops(last);
     Ok(Gap {
         held_out: opened.campaigns.first().map(|campaign| campaign.name.clone()),
         before: before.rms.clone(),
-        steps,
+        steps: steps.collect(),
         lambda: taken(&drops).max(0.0).sqrt(),
         left_out,
         ..Gap::of(&last.judged, &drops, last.leftover())
@@ -203,9 +201,8 @@ impl Held<'_> {
     }
 }
 
-/// Gives a recipe, of which this is the system, the effects that others found, with the constants
-/// that these state of them: the system with them. Effects that only other models take are left
-/// aside.
+/// Gives a recipe, of which this is the system, the effects that others found, with the constants that
+/// these state of them: the system with them. Effects that only other models take are left aside.
 fn with_effects(
     recipe: &mut Recipe,
     mut system: System,
