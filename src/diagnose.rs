@@ -104,12 +104,26 @@ fn of_fit(
 /// that are given may have been left out before.
 fn searched(
     whole: &Calibration,
+    known: (&Calibration, LeftOut),
+    recipes: Vec<Recipe>,
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<(Diagnosis, Option<Records>), FitError> {
+    let cleared = without_outliers(whole, None, options)?;
+    searched_from(whole, cleared, known, recipes, wanted, options)
+}
+
+/// The same from a nominal fit without outliers on. Samples of which the search says that they were not
+/// lost come back, and it begins again with them: they get fewer each time.
+fn searched_from(
+    whole: &Calibration,
+    cleared: Cleared,
     (given, known): (&Calibration, LeftOut),
     recipes: Vec<Recipe>,
     wanted: &Wanted,
     options: &Options,
 ) -> Result<(Diagnosis, Option<Records>), FitError> {
-    let Cleared { nominal, left_out: more, spikes, jumped } = without_outliers(whole, options)?;
+    let Cleared { nominal, left_out: more, lost, spikes, jumped } = cleared;
     let beside = |more: LeftOut| {
         let mut left_out = known.clone();
         left_out.extend(more);
@@ -143,6 +157,14 @@ fn searched(
     diagnosis.left_out = left_out;
     let found = found.with_most_probable(&fitted(&diagnosis.nominal), wanted, options)?;
     let last = found.competed.linear.fitted.clone();
+    if let Some(rest) = lost.unexplained_by(&last) {
+        let cleared = without_outliers(whole, Some(&rest), options)?;
+        let known = (given, known.clone());
+        let again = searched_from(whole, cleared, known, recipes.clone(), wanted, options)?;
+        if again.1.is_some() {
+            return Ok(again);
+        }
+    }
     let records = Records::of(&last.problem);
     let mut diagnosis = diagnosis.of(found, &wanted.prior, options)?;
     if !diagnosis.left_out.is_empty() {

@@ -13,6 +13,7 @@
 //! | [`spikes`] | readings that bend a fit, and once more beside the effects that were found |
 //! | [`records`] | the readings of a problem, to put them back |
 //! | [`lost`], `shifted` | stretches of readings shifted by whole samples, and by other times |
+//! | `not_lost` | those of them that effects explain |
 //! | `limits` | readings and runs that are far out, and runs of which nothing is left |
 //! | `left_out` | how what is left out is listed |
 //! | [`mod@compared_delays`] | what that does to the delays |
@@ -24,6 +25,7 @@ mod frozen;
 mod left_out;
 mod limits;
 pub mod lost;
+mod not_lost;
 mod places;
 pub mod records;
 mod saturated;
@@ -39,7 +41,8 @@ use crate::estimate::calibrate::Calibration;
 
 use self::codes::without_codes;
 use self::frozen::without_frozen;
-use self::lost::Jump;
+use self::lost::{Elsewhere, Jump};
+use self::not_lost::LostSamples;
 use self::saturated::without_saturated;
 use self::settle::{settled, without_lost, without_spoiling};
 use self::spikes::{Spikes, without_spikes};
@@ -58,6 +61,8 @@ pub(super) struct Cleared {
     pub(super) nominal: Calibration,
     /// What is left out for good.
     pub(super) left_out: LeftOut,
+    /// Samples that were lost, among that: effects may explain them.
+    pub(super) lost: LostSamples,
     /// What is left out as it is seen from the nominal fit: effects may have hidden it, or made it up.
     pub(super) spikes: Spikes,
     /// Jumps of clocks, if there are any, with the fit that shows them and what is left out of it. No
@@ -65,9 +70,11 @@ pub(super) struct Cleared {
     pub(super) jumped: Option<(Clean, Vec<Jump>)>,
 }
 
-/// The nominal fit without what spoils it, and that.
+/// The nominal fit without what spoils it, and that; lost samples are looked for where they are not
+/// known.
 pub(super) fn without_outliers(
     whole: &Calibration,
+    lost: Option<&Elsewhere>,
     options: &Options,
 ) -> Result<Cleared, FitError> {
     let steps: [fn(&Calibration, &Options) -> Cleaned; 5] =
@@ -77,8 +84,11 @@ pub(super) fn without_outliers(
         let found = step(&now.0, options)?;
         take(&mut now, found);
     }
-    let (lost, jumps) = without_lost(&now.0, options)?;
-    take(&mut now, lost);
+    let (rest, found) = without_lost(&now.0, lost, options)?;
+    now.0 = rest.unwrap_or(now.0);
+    now.1.lost.extend(found.lost.clone());
+    let jumps = found.jumps.clone();
+    let lost = LostSamples::new(found, &now.0.problem);
     let jumped = (!jumps.is_empty()).then(|| (now.clone(), jumps));
     let mut spikes = Spikes::none(&now.0.problem);
     if let Some(found) = without_spikes(&now.0, options)? {
@@ -90,7 +100,7 @@ pub(super) fn without_outliers(
         spikes = Spikes::none(&now.0.problem);
     }
     let (nominal, left_out) = now;
-    Ok(Cleared { nominal, left_out, spikes, jumped })
+    Ok(Cleared { nominal, left_out, lost, spikes, jumped })
 }
 
 /// Goes on with the fit without more.

@@ -59,6 +59,7 @@ mod situations;
 mod sizes;
 mod stated_values;
 mod streams;
+mod table_of_stops;
 mod trials;
 mod unknown;
 mod values_of_runs;

@@ -9,7 +9,8 @@
 //! stretches and shifts are corrected for.
 //!
 //! A step of the clock shifts a stretch, too, but by any time. Samples were lost only where the
-//! stamps of whole samples fit as well as the best shift of the clock (`shifted`). Other shifts are
+//! stamps of whole samples fit as well as the best shift of the clock (`shifted`), and better than an
+//! offset of the stretch: a table of stops with equal steps cannot tell the two apart. Other shifts are
 //! *jumps* of the clock: no model that is linear in the step sees one that is long beside the
 //! motion, so the search begins with them (`budget::driver`).
 //!
@@ -139,6 +140,9 @@ fn find(problem: &Problem, point: &Point, sound: &[Residuals]) -> Elsewhere {
                     // A motion that repeats is near itself at whole samples by chance, too.
                     let periods = nearest.map_or(periods, |nearest| nearest.round() as isize);
                     if !is_between && periods != 0 && shifted.is_whole(periods, &samples) {
+                        if !shifted.is_no_offset(periods, &samples) {
+                            continue;
+                        }
                         let ends = run.record.ends(|samples| &samples.time);
                         let mean =
                             |[first, last]: [f64; 2]| (last - first) / (count - 1.0).max(1.0);

@@ -25,8 +25,7 @@ impl Records {
         whole: &Calibration,
         options: &Options,
     ) -> Result<Option<Calibration>, FitError> {
-        let counts = self.0.iter().map(Vec::len);
-        if counts.ne(whole.problem.parts.iter().map(|part| part.runs.len())) {
+        if !self.are_of(&whole.problem) {
             return Ok(None);
         }
         let mut problem = whole.problem.clone();
@@ -41,6 +40,12 @@ impl Records {
             }
         }
         Ok(best)
+    }
+
+    /// Whether a problem has these runs.
+    pub(super) fn are_of(&self, problem: &Problem) -> bool {
+        let counts = self.0.iter().map(Vec::len);
+        counts.eq(problem.parts.iter().map(|part| part.runs.len()))
     }
 
     /// Gives them to a problem of the same campaigns.

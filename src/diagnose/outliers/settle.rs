@@ -2,13 +2,13 @@
 //! that are wrong as wholes (another unit, another setup, another clock), lost samples.
 
 use crate::campaign::record::Change;
-use crate::diagnose::found::LeftOut;
+use crate::diagnose::found::{LeftOut, Lost};
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::limits::{without_outliers_at, without_wrong_at};
-use super::lost::{self, Jump, SPOILT};
+use super::lost::{self, Elsewhere, SPOILT};
 use super::{Clean, Cleaned};
 
 /// Rounds of leaving outliers out.
@@ -132,24 +132,33 @@ fn without(problem: &Problem, part: usize, run: usize) -> Problem {
 }
 
 /// Leaves lost samples out and fits again, until no more are found (`None` where there are none); and
-/// the jumps of clocks that the last fit shows.
+/// they with the jumps of clocks that the last fit shows. Those that are known are not looked for.
 pub(super) fn without_lost(
     nominal: &Calibration,
+    known: Option<&Elsewhere>,
     options: &Options,
-) -> Result<(Option<Clean>, Vec<Jump>), FitError> {
-    let (mut rest, mut found) = (None, LeftOut::default());
-    let mut jumps = Vec::new();
+) -> Result<(Option<Calibration>, Elsewhere), FitError> {
+    let without = |now: &Calibration, lost: &[Lost]| {
+        let mut problem = now.problem.clone();
+        lost::leave_out(&mut problem, lost);
+        calibrate(problem, options)
+    };
+    if let Some(known) = known {
+        let is_any = !known.lost.is_empty();
+        let rest = is_any.then(|| without(nominal, &known.lost)).transpose()?;
+        return Ok((rest, known.clone()));
+    }
+    let (mut rest, mut found) = (None, Elsewhere::default());
     for _ in 0..lost::LOOKS {
         let now = rest.as_ref().unwrap_or(nominal);
         let more = lost::look(&now.problem, &now.fit.point, now.variance_factor(), options)?;
-        jumps = more.jumps;
+        found.jumps = more.jumps;
         if more.lost.is_empty() {
             break;
         }
-        let mut problem = now.problem.clone();
-        lost::leave_out(&mut problem, &more.lost);
+        let next = without(now, &more.lost)?;
         found.lost.extend(more.lost);
-        rest = Some(calibrate(problem, options)?);
+        rest = Some(next);
     }
-    Ok((rest.map(|rest| (rest, found)), jumps))
+    Ok((rest, found))
 }

@@ -13,6 +13,7 @@ use crate::estimate::residuals::Residuals;
 use crate::statistics::upper_median;
 
 mod nearest;
+mod own_place;
 
 /// Sample periods looked at, in both senses: of long runs fewer, so that about so many residuals are
 /// computed and kept; of very long ones the fewest.
