@@ -181,7 +181,13 @@ impl Linear {
             (0, None) => Extent::Run,
             (0, Some(end)) if end == record.len() => Extent::Run,
             (_, None) => Extent::From(row),
-            (_, Some(end)) => Extent::Rows(row, record.row(end.saturating_sub(1))),
+            (_, Some(end)) => {
+                let last = record.row(end.saturating_sub(1));
+                match end == record.len() {
+                    true => Extent::ToItsEnd(row, last),
+                    false => Extent::Rows(row, last),
+                }
+            }
         }
     }
 

@@ -18,6 +18,10 @@ const EVEN: f64 = 0.1;
 const PARTS: u32 = 24;
 /// The least part of its period for which a wave is recorded.
 const HALF_PERIOD: f64 = 0.5;
+/// Periods of a wave that nobody describes, in two short intervals between readings, at most; and how
+/// many of the intervals are as short.
+const CARRIED: f64 = 3.0;
+const SHORT: usize = 10;
 /// Rows that are there of those that an even grid has, at least.
 const PRESENT: f64 = 0.5;
 /// How near to a multiple, in parts.
@@ -32,11 +36,14 @@ pub(in crate::diagnose) struct Sampling {
     highest: f64,
     /// Half a period of waves below this frequency (Hz) is longer than what was recorded.
     lowest: f64,
+    /// Waves of higher frequencies (Hz) have several periods between most readings.
+    carried: f64,
 }
 
 impl Sampling {
     /// For waves with amplitudes of each run's own, or for those that go on through a campaign.
     pub(in crate::diagnose) fn of(problem: &Problem, are_of_runs: bool) -> Self {
+        let mut shortest = f64::INFINITY;
         let runs: Vec<Option<(f64, f64)>> = problem
             .parts
             .iter()
@@ -48,6 +55,7 @@ impl Sampling {
                     let jumped = |at: usize| samples.jump_time.get(at).copied().unwrap_or(0.0);
                     times.extend(stretch.range().map(|at| samples.run_time[at] - jumped(at)));
                 });
+                shortest = shortest.min(short_interval(&times).unwrap_or(f64::INFINITY));
                 grid(&times)
             })
             .collect();
@@ -63,13 +71,20 @@ impl Sampling {
                 });
             (ends[1] - ends[0]).max(0.0)
         };
-        Self { lowest: HALF_PERIOD / longest, ..Self::made(runs) }
+        let carried = CARRIED * HALF_PERIOD / shortest;
+        Self { lowest: HALF_PERIOD / longest, carried, ..Self::made(runs) }
+    }
+
+    /// For waves that nobody describes: readings that are far apart at uneven times fit some of the many
+    /// frequencies beyond what they carry by chance.
+    pub(super) fn of_unknown(self) -> Self {
+        Self { highest: self.highest.min(self.carried), ..self }
     }
 
     fn made(runs: Vec<Option<(f64, f64)>>) -> Self {
         let even: Option<Vec<(f64, f64)>> = runs.iter().copied().collect();
         let highest = even.map_or(f64::INFINITY, |even| highest(&even));
-        Self { runs, highest, lowest: 0.0 }
+        Self { runs, highest, lowest: 0.0, carried: f64::INFINITY }
     }
 
     /// Whether a wave of this frequency (Hz) is less than a turn of phase in some run, or one of a
@@ -87,6 +102,16 @@ impl Sampling {
         let even = self.runs.get(run).copied().flatten();
         even.is_some_and(|(interval, _)| from_multiple(frequency, interval) < below)
     }
+}
+
+/// The interval (s) than which one in ten between times is shorter.
+fn short_interval(times: &[f64]) -> Option<f64> {
+    let mut intervals: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
+    let place = intervals.len() / SHORT;
+    if intervals.is_empty() {
+        return None;
+    }
+    Some(*intervals.select_nth_unstable_by(place, f64::total_cmp).1).filter(|one| *one > 0.0)
 }
 
 /// Interval and duration (s) of times on an even grid, some of which may be missing; `None` where they
@@ -232,6 +257,10 @@ mod tests {
         }
         let uneven: Vec<f64> = (0..400).map(|row| f64::from(row).powf(1.3)).collect();
         assert!(grid(&uneven).is_none() && grid(&[1.0]).is_none() && grid(&[]).is_none());
+        assert!((short_interval(&[0.0, 2.0, 3.9, 6.0]).unwrap() - 1.9).abs() < 1e-9);
+        assert!(short_interval(&[1.0]).is_none() && short_interval(&[1.0, 1.0]).is_none());
+        let uneven = Sampling { carried: 0.8, ..Sampling::made(vec![None]) };
+        assert!(!uneven.is_blind(9.97) && uneven.of_unknown().is_blind(9.97));
     }
 
     #[test]

@@ -123,7 +123,10 @@ impl<'a> Scan<'a> {
         let lowest = declared.members.series(2).into_iter().fold(f64::INFINITY, f64::min);
         let is_in_time = is_frequency(&declared.unit);
         let is_over_motion = !is_in_time && declared.unit.dimension != Dimension::TIME;
-        let sampling = is_in_time.then(|| (Sampling::of(problem, family.is_of_runs()), lowest));
+        let sampling = is_in_time.then(|| {
+            let all = Sampling::of(problem, family.is_of_runs());
+            (if family.place.is_some() { all.of_unknown() } else { all }, lowest)
+        });
         let is_of_time = family.place.as_ref().is_some_and(Place::is_over_time);
         let longest = if is_of_time { longest_period(problem) } else { f64::INFINITY };
         if lowest > longest {

@@ -44,6 +44,8 @@ pub(in crate::diagnose) enum Extent {
     From(usize),
     /// Of it, from a row to another.
     Rows(usize, usize),
+    /// From this row of a run to its last.
+    ToItsEnd(usize, usize),
 }
 
 impl Place {
@@ -69,6 +71,9 @@ impl Place {
             }
             Extent::Rows(row, last) => {
                 (format!("in run `{run}` from row {row} to row {last}"), Some((row, Some(last))))
+            }
+            Extent::ToItsEnd(row, last) => {
+                (format!("in run `{run}` from row {row} to its end"), Some((row, Some(last))))
             }
         };
         Self { words: format!("{words} {when}"), run: Some(run.to_owned()), rows, ..self.clone() }
