@@ -95,6 +95,8 @@ pub struct Share<'a> {
     pub runs: &'a [(String, usize)],
     /// How the campaign is called where several are used together.
     pub label: Option<&'a str>,
+    /// Parameters that are held at zero in single runs: the names of the run and of the parameter.
+    pub held: &'a [(String, String)],
 }
 
 /// All instances, their columns, and which instance each run of each campaign uses.
@@ -188,11 +190,16 @@ impl Layout {
                     };
                     let index =
                         *known.entry((parameter.name.clone(), holder)).or_insert_with(|| {
+                            let mut setting = setting.clone();
+                            let mut held = share.held.iter();
+                            if held.any(|(own, name)| own == run_name && *name == parameter.name) {
+                                setting.hold_at(vec![0.0; parameter.kind.dimension()]);
+                            }
                             layout.instances.push(Instance {
                                 name: parameter.name.clone(),
                                 kind: parameter.kind,
                                 unit: parameter.unit.clone(),
-                                setting: setting.clone(),
+                                setting,
                                 of,
                                 owner,
                                 tangent: Tangent::Fixed,

@@ -55,6 +55,9 @@ pub struct Part {
     /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever
     /// the same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
     pub calibration: Vec<f64>,
+    /// Parameters that are held at zero in single runs, where no reading depends on them: the names of
+    /// the run and of the parameter.
+    pub held: Vec<(String, String)>,
     /// For each residual component the autocorrelated part of its noise; `None`
     /// where the noise is white.
     pub gauss_markov: Vec<Option<GaussMarkov>>,
@@ -144,6 +147,7 @@ impl Part {
             zero: 0,
             head_units: Vec::new(),
             calibration: Vec::new(),
+            held: Vec::new(),
             gauss_markov: vec![None; residual],
             program,
             readers,
@@ -178,6 +182,7 @@ impl Part {
         made.zero = self.zero;
         made.head_units.clone_from(&self.head_units);
         made.calibration.clone_from(&self.calibration);
+        made.held.clone_from(&self.held);
         made.gauss_markov.clone_from(&self.gauss_markov);
         made.run_levels.clone_from(&self.run_levels);
         made.smoothing_sigma.clone_from(&self.smoothing_sigma);

@@ -249,6 +249,7 @@ pub(crate) fn layout_with<'a>(
             setups: &part.setups,
             runs,
             label: part.label.as_deref(),
+            held: &part.held,
         })
         .collect();
     Layout::new(&shares)

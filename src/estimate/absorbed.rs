@@ -2,11 +2,14 @@
 //!
 //! An offset of the first joint of an arm is a turn of its base: no reading tells the two apart, and
 //! what an effect leaves open in this way says nothing of its other members. Such a member is held
-//! at zero, so that the nominal parameter keeps its meaning, and that is said. An effect of which
-//! every member is absorbed cannot be estimated at all: nothing is held then.
+//! at zero, so that the nominal parameter keeps its meaning, and that is said. So is the value of a run
+//! on which no reading depends, as the share of jumps in a run whose stamps never jump, where those of
+//! other runs are determined. An effect of which every member is absorbed cannot be estimated at all:
+//! nothing is held then.
 
 use std::collections::BTreeSet;
 
+use crate::engine::layout::Instance;
 use crate::engine::problem::Problem;
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, Held, calibrate};
@@ -14,7 +17,7 @@ use crate::estimate::nested::is_of;
 use crate::estimate::observability::{Direction, Kind as Exactness, NEGLIGIBLE, examine};
 use crate::estimate::withheld::limits;
 use crate::estimate::words::describe;
-use crate::graph::Kind;
+use crate::graph::{Kind, Scope};
 use crate::model::Component;
 use crate::model::component::AXES;
 
@@ -39,7 +42,11 @@ pub fn calibrate_holding(
             break;
         }
         let problem = holding(&result.problem, &found);
-        held.extend(found.into_iter().map(|one| Held { name: one.name(), why: one.why }));
+        held.extend(found.into_iter().map(|one| Held {
+            name: one.name(),
+            of: one.run.and_then(|index| result.problem.layout.instances[index].of.clone()),
+            why: one.why,
+        }));
         result = calibrate(problem, options)?;
     }
     result.held = held;
@@ -51,6 +58,8 @@ struct Absorbed {
     parameter: String,
     /// The component, of a vector.
     component: Option<usize>,
+    /// The instance of the run in which alone it is held.
+    run: Option<usize>,
     why: String,
 }
 
@@ -84,6 +93,8 @@ fn absorbed(result: &Calibration, effects: &[String]) -> Vec<Absorbed> {
         columns.extend(layout.own_columns(index).map(|(k, column)| (index, k, column)));
     }
     let mut chosen: Vec<(usize, usize, String)> = Vec::new();
+    // Those on which no reading depends.
+    let mut idle: Vec<usize> = Vec::new();
     for direction in examined.directions.iter().filter(|one| one.kind == Exactness::Exact) {
         let share = |column: usize| share_of(direction, column);
         let is_own = |column: usize| columns.iter().any(|(_, _, own)| *own == column);
@@ -91,7 +102,8 @@ fn absorbed(result: &Calibration, effects: &[String]) -> Vec<Absorbed> {
         let nominal = carriers.filter(|column| share(*column) >= NEGLIGIBLE && !is_own(*column));
         let members = columns.iter().filter(|(_, _, column)| share(*column) >= NEGLIGIBLE).count();
         // Members that are alike among themselves are a matter of the effect, not of the model.
-        if members == 0 || (nominal.count() == 0 && members > 1) {
+        let is_alone = nominal.count() == 0;
+        if members == 0 || (is_alone && members > 1) {
             continue;
         }
         let is_free = |one: &&(usize, usize, usize)| {
@@ -106,9 +118,11 @@ fn absorbed(result: &Calibration, effects: &[String]) -> Vec<Absorbed> {
             && share(column) >= NEGLIGIBLE
         {
             chosen.push((index, component, describe(problem, direction, String::new()).words));
+            idle.extend(is_alone.then_some(index));
         }
     }
-    // A parameter with several values is held as a whole or not at all.
+    // A parameter with several values is held as a whole or not at all, but for runs without any
+    // influence of it.
     let mut found: Vec<Absorbed> = Vec::new();
     for (index, component, why) in &chosen {
         let name = &layout.instances[*index].name;
@@ -120,8 +134,11 @@ fn absorbed(result: &Calibration, effects: &[String]) -> Vec<Absorbed> {
         });
         let component = is_vector.then_some(*component);
         let known = found.iter().any(|one| one.parameter == *name && one.component == component);
-        if is_whole && !known {
-            found.push(Absorbed { parameter: name.clone(), component, why: why.clone() });
+        let Instance { kind, setting, .. } = &layout.instances[*index];
+        let is_of_run = *kind == Kind::Scalar && setting.scope == Scope::Run;
+        let run = (!is_whole).then_some(*index);
+        if (is_whole && !known) || (!is_whole && is_of_run && idle.contains(index)) {
+            found.push(Absorbed { parameter: name.clone(), component, run, why: why.clone() });
         }
     }
     found.retain(|one| leaves_some(problem, one, &columns, &chosen));
@@ -167,8 +184,13 @@ fn of_effects(problem: &Problem, effects: &[String]) -> BTreeSet<usize> {
 /// The problem with some members held at zero.
 fn holding(problem: &Problem, absorbed: &[Absorbed]) -> Problem {
     let mut parts = problem.parts.clone();
-    for part in &mut parts {
+    for (part, used) in parts.iter_mut().zip(&problem.layout.used) {
         for one in absorbed {
+            if let Some(index) = one.run {
+                let runs = part.runs.iter().zip(used).filter(|(_, used)| used.contains(&index));
+                part.held.extend(runs.map(|(run, _)| (run.name.clone(), one.parameter.clone())));
+                continue;
+            }
             let names = &part.system.assembly.names.parameters;
             let Some(parameter) = names.iter().position(|own| own.name == one.parameter) else {
                 continue;

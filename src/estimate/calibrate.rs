@@ -102,6 +102,8 @@ pub struct Calibration {
 pub struct Held {
     /// Its name.
     pub name: String,
+    /// The run in which alone it is held, for no reading of that depends on it; `None` of all values.
+    pub of: Option<String>,
     /// What does the same, in words.
     pub why: String,
 }

@@ -111,7 +111,8 @@ pub(crate) fn stated(list: &[Contradicted]) -> Value {
 
 /// Members of effects that were held.
 pub fn held(result: &Calibration) -> Value {
-    let each = result.held.iter().map(|one| json!({ "name": one.name, "why": one.why }));
+    let each =
+        result.held.iter().map(|one| json!({ "name": one.name, "of": one.of, "why": one.why }));
     json!({ "held": each.collect::<Vec<_>>() })
 }
 

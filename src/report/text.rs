@@ -181,8 +181,18 @@ pub fn trouble(result: &Calibration) -> String {
 
 /// Members of effects that were held, a sentence each; empty if there are none.
 pub fn held(result: &Calibration) -> String {
-    let each = result.held.iter().map(|Held { name, why }| {
-        format!("\n`{name}` is held at zero, for the model absorbs it: {why}.\n")
+    let alike = |a: &Held, b: &Held| a.name == b.name && a.of.is_some() && b.of.is_some();
+    let each = result.held.chunk_by(alike).map(|all| {
+        let Held { name, why, .. } = &all[0];
+        let runs: Vec<String> =
+            all.iter().filter_map(|one| Some(format!("`{}`", one.of.as_ref()?))).collect();
+        match runs.as_slice() {
+            [] => format!("\n`{name}` is held at zero, for the model absorbs it: {why}.\n"),
+            runs => format!(
+                "\n`{name}` of {} is held at zero: no reading there depends on it.\n",
+                runs.join(", ")
+            ),
+        }
     });
     each.collect()
 }

@@ -121,3 +121,54 @@ fn the_member_that_fits_best_is_taken_where_none_is_stated() {
         assert!(chosen.is_empty());
     }
 }
+
+/// A load in two of three runs, and a part of it that each run has of its own.
+const PART: &str = "name = \"part\"\ntitle = \"Part of the load\"\nacts = \"instrument\"\n\
+    [parameters]\nshare = { unit = \"1\", typical = \"1\", scope = \"run\" }\n[patch]\ny = 'y + share * z'\n";
+
+fn loaded(loads: [f64; 3]) -> Calibration {
+    let mut noise = Stream(9);
+    let model = LINE.replace("[inputs]\n", "[inputs]\nz = { unit = \"m\" }\n");
+    let mut campaign =
+        "title = \"Line\"\nmodel = \"line.toml\"\n[measurands]\ny = { sigma = \"2 mm\" }\n"
+            .to_owned();
+    let runs = ["a", "b", "c"].map(|name| format!("{name}.csv"));
+    let mut texts = Vec::new();
+    for (name, load) in runs.iter().zip(loads) {
+        let mut text = String::from("x [m],z [m],y [m]\n");
+        for n in 0..60 {
+            let (x, z) = (0.02 * f64::from(n), load * (0.7 * f64::from(n)).sin());
+            text += &format!("{x},{z},{}\n", 0.3 * x + 2.0 + 0.5 * z + 0.002 * noise.normal());
+        }
+        texts.push(text);
+        let own = &name[..1];
+        campaign += &format!("[[runs]]\nname = \"{own}\"\ndata = \"{name}\"\n");
+    }
+    let mut files =
+        vec![("campaign.toml", &*campaign), ("line.toml", &*model), ("effects/part.toml", PART)];
+    files.extend(runs.iter().zip(&texts).map(|(name, text)| (&**name, &**text)));
+    let folder = Folder::new("loaded", &files);
+    let mut request = Request::new([&*folder]);
+    request.with = vec!["part".to_owned()];
+    let problem = open(&request).unwrap().problem;
+    calibrate_holding(problem, &request.with, &Options::default()).unwrap()
+}
+
+#[test]
+fn the_value_of_a_run_without_any_influence_of_it_is_held_beside_those_of_others() {
+    let found = loaded([1.0, 0.0, 1.0]);
+    assert!(found.is_sound(), "{:?}", found.unobservable);
+    let [held] = &found.held[..] else { panic!("{:?}", found.held) };
+    assert_eq!((held.name.as_str(), held.of.as_deref()), ("part.share", Some("b")));
+    let of = |run: &str| {
+        let mut all = found.estimates().into_iter();
+        all.find(|one| one.name == "part.share" && one.of.as_deref() == Some(run)).unwrap()
+    };
+    assert!(of("b").fixed && of("b").value == Some(0.0), "{:?}", of("b"));
+    for one in [of("a"), of("c")] {
+        assert!((one.value.unwrap() - 0.5).abs() <= 4.0 * one.sigma.unwrap(), "{one:?}");
+    }
+    // Of an effect that acts in no run nothing is held.
+    let nowhere = loaded([0.0; 3]);
+    assert!(!nowhere.is_sound() && nowhere.held.is_empty());
+}
