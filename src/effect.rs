@@ -12,6 +12,9 @@ use crate::formula::Formula;
 use crate::model::ParameterDeclaration;
 use crate::units::Unit;
 
+/// The clock of formulas that steps where stamps jump.
+const JUMP_TIME: &str = "jump_time";
+
 /// What part of the system an effect acts on; effects apply in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Acts {
@@ -66,6 +69,14 @@ pub struct Effect {
     pub about: String,
 }
 
+impl Effect {
+    /// Whether it acts where stamps jump.
+    pub fn acts_at_jumps(&self) -> bool {
+        let mut names = self.patches.iter().flat_map(|patch| patch.formula.root.names());
+        names.any(|(name, _)| name == JUMP_TIME)
+    }
+}
+
 /// One line of `[shape]`.
 #[derive(Clone, Debug)]
 pub struct Family {
@@ -73,6 +84,17 @@ pub struct Family {
     pub unit: Unit,
     /// The members, or the range from which one is taken.
     pub members: Members,
+    /// The meaning of each of a list, in its order, in words; empty where numbers say it.
+    pub means: Vec<String>,
+}
+
+impl Family {
+    /// The meaning of a member in words, where there are such.
+    pub fn meaning(&self, member: f64) -> Option<&str> {
+        let Members::List(list) = &self.members else { return None };
+        let place = list.iter().position(|own| *own == member)?;
+        self.means.get(place).map(String::as_str)
+    }
 }
 
 /// The members of a family, in SI.

@@ -157,6 +157,7 @@ impl Plan<'_> {
                         setup_time: time.clone(),
                         uniform_time: time.clone(),
                         jump_time: Vec::new(),
+                        jump_ends: [0.0; 2],
                         inputs: vec![Track::Captured {
                             value: angle,
                             rate: Some(vec![rate; count]),

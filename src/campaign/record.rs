@@ -483,5 +483,6 @@ fn copy(from: &Samples, range: Range<usize>, into: &mut Samples) {
     part(&mut into.setup_time, &from.setup_time, range.clone());
     part(&mut into.uniform_time, &from.uniform_time, range.clone());
     part(&mut into.jump_time, &from.jump_time, range.clone());
+    into.jump_ends = from.jump_ends;
     part(&mut into.rows, &from.rows, range);
 }

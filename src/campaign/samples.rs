@@ -19,6 +19,8 @@ pub struct Samples {
     pub uniform_time: Vec<f64>,
     /// How far the stamps have jumped (s), see `uniform`; empty where they do not jump.
     pub jump_time: Vec<f64>,
+    /// `jump_time` at the first sample of the run and at the last (s).
+    pub jump_ends: [f64; 2],
     /// One for each input of the model, in its order.
     pub inputs: Vec<Track>,
     /// One column for each component of each measurand of the model, in their order (a rotation has
@@ -73,8 +75,8 @@ impl Samples {
         8 * (self.columns().count() as u64 + 5) * self.len() as u64
     }
 
-    /// Fills `run_time`, `uniform_time`, `jump_time` and, for a setup and campaign that begin with this run,
-    /// `setup_time` and `elapsed_time` from `time`.
+    /// Fills `run_time`, `uniform_time`, `jump_time` with its ends and, for a setup and campaign that
+    /// begin with this run, `setup_time` and `elapsed_time` from `time`.
     pub(crate) fn set_clocks(&mut self) {
         let first = self.time.first().copied().unwrap_or(0.0);
         self.run_time = self.time.iter().map(|time| time - first).collect();
@@ -85,6 +87,7 @@ impl Samples {
         let uniform = Uniform::through(times.len(), each);
         self.uniform_time = (0..times.len()).map(|sample| uniform.at(sample)).collect();
         self.jump_time = uniform.jumps_at(0..times.len());
+        self.jump_ends = uniform.jump_ends();
     }
 }
 

@@ -74,6 +74,7 @@ impl Spilled {
             setup_time,
             uniform_time,
             jump_time,
+            jump_ends,
             rows: row_numbers,
             ..
         } = into;
@@ -83,6 +84,7 @@ impl Spilled {
         replace(elapsed_time, time.iter().map(|time| time - starts.all));
         replace(uniform_time, range.clone().map(|sample| self.uniform.at(sample)));
         *jump_time = self.uniform.jumps_at(range);
+        *jump_ends = self.uniform.jump_ends();
     }
 }
 

@@ -44,6 +44,11 @@ impl Uniform {
         samples.map(|sample| self.jumped(sample)).collect()
     }
 
+    /// The same at the first sample and at the last.
+    pub(crate) fn jump_ends(&self) -> [f64; 2] {
+        [self.levels.first(), self.levels.last()].map(|end| end.map_or(0.0, |(_, level)| *level))
+    }
+
     /// The same at one sample; zero in the longest stretch between jumps.
     fn jumped(&self, sample: usize) -> f64 {
         let after = self.levels.partition_point(|(first, _)| *first <= sample);
@@ -116,8 +121,20 @@ mod tests {
         }
         // Zero in the longest stretch.
         let jumped = [0, 299, 300, 1199, 1200].map(|sample| uniform.jumped(sample));
-        for (jumped, known) in jumped.iter().zip([-0.4, -0.4, 0.0, 0.0, -0.1]) {
-            assert!((jumped - known).abs() < 1e-9, "{jumped:?}");
+        let ends = uniform.jump_ends();
+        for (jumped, known) in
+            jumped.iter().chain(&ends).zip([-0.4, -0.4, 0.0, 0.0, -0.1, -0.4, -0.1])
+        {
+            assert!((jumped - known).abs() < 1e-9, "{jumped:?} {ends:?}");
         }
+    }
+
+    #[test]
+    fn stamps_that_never_jump_have_not_jumped_at_their_ends() {
+        let times: Vec<f64> = (0..500).map(|n| 0.05 * n as f64).collect();
+        let each = |visit: &mut dyn FnMut(f64)| times.iter().for_each(|time| visit(*time));
+        let uniform = Uniform::through(times.len(), each);
+        assert!(uniform.jumps_at(0..500).is_empty());
+        assert_eq!(uniform.jump_ends().map(f64::to_bits), [0, 0]);
     }
 }

@@ -169,7 +169,8 @@ fn families(
         .collect()
 }
 
-/// `[3, 4, 5]`, `["1 s", "2 s"]`, `{ unit = "s", members = [...] }` or `{ unit, from, to }`.
+/// `[3, 4, 5]`, `["1 s", "2 s"]`, `{ unit = "s", members = [...], means = [...] }` or
+/// `{ unit, from, to }`.
 fn family_of(item: &Item<'_>) -> Option<Family> {
     if !item.is_table() {
         return members_of(item, None);
@@ -177,18 +178,33 @@ fn family_of(item: &Item<'_>) -> Option<Family> {
     let section = item.section(&format!("the family `{}`", item.key()))?;
     let unit = section.get("unit").map_or(Some(Unit::one()), |item| item.unit());
     let (members, from, to) = (section.get("members"), section.get("from"), section.get("to"));
+    let means = section.get("means");
     section.finish();
     let unit = unit?;
     match (members, from, to) {
-        (Some(members), None, None) => members_of(&members, Some(unit)),
+        (Some(members), None, None) => {
+            let family = members_of(&members, Some(unit))?;
+            let Some(item) = means else { return Some(family) };
+            let means: Vec<String> = item.strings()?.into_iter().map(|(words, _)| words).collect();
+            if members.list().is_none_or(|list| list.len() != means.len()) {
+                item.error("`means` needs as many sentences as there are members", "");
+                return None;
+            }
+            Some(Family { means, ..family })
+        }
         (None, Some(from), Some(to)) => {
+            if let Some(means) = means {
+                means
+                    .error("a range has no `means`: they are those of the `members` of a list", "");
+                return None;
+            }
             let (from, to) = (from.quantity(&unit), to.quantity(&unit));
             let (from, to) = (from?.0, to?.0);
             if from >= to {
                 item.error("`from` must be below `to`", "");
                 return None;
             }
-            Some(Family { unit, members: Members::Range { from, to } })
+            Some(Family { unit, members: Members::Range { from, to }, means: Vec::new() })
         }
         _ => {
             item.error(
@@ -219,7 +235,7 @@ fn members_of(item: &Item<'_>, unit: Option<Unit>) -> Option<Family> {
         item.error(format!("the family `{}` has no members", item.key()), "");
         return None;
     };
-    Some(Family { unit, members: Members::List(members) })
+    Some(Family { unit, members: Members::List(members), means: Vec::new() })
 }
 
 /// TOML reads `horizontal.sigma = '...'` as a table in a table: puts the name together again.

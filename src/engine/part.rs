@@ -386,6 +386,8 @@ impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
                 Clock::Index => number as f64,
                 Clock::UniformTime => samples.uniform_time[i],
                 Clock::JumpTime => samples.jump_time.get(i).copied().unwrap_or(0.0),
+                Clock::FirstJumpTime => samples.jump_ends[0],
+                Clock::LastJumpTime => samples.jump_ends[1],
             }),
             Leaf::Reading { measurand, component } => {
                 let column = self.columns[measurand as usize] + component as usize;

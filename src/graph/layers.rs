@@ -73,13 +73,15 @@ pub enum Named {
 }
 
 /// The names that every model has.
-pub const BUILT_IN: [(&str, Named); 9] = [
+pub const BUILT_IN: [(&str, Named); 11] = [
     ("t", Named::Offset),
     ("time", Named::Clock(Clock::Time)),
     ("run_time", Named::Clock(Clock::RunTime)),
     ("setup_time", Named::Clock(Clock::SetupTime)),
     ("uniform_time", Named::Clock(Clock::UniformTime)),
     ("jump_time", Named::Clock(Clock::JumpTime)),
+    ("first_jump_time", Named::Clock(Clock::FirstJumpTime)),
+    ("last_jump_time", Named::Clock(Clock::LastJumpTime)),
     ("index", Named::Clock(Clock::Index)),
     ("moment", Named::Moment),
     ("pi", Named::Pi),

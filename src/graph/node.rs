@@ -24,12 +24,16 @@ pub enum Clock {
     UniformTime,
     /// How far the run's stamps have jumped.
     JumpTime,
+    /// `JumpTime` at the first sample of the run.
+    FirstJumpTime,
+    /// `JumpTime` at the last sample of the run.
+    LastJumpTime,
 }
 
 impl Clock {
     /// Whether it goes on between samples.
     pub fn runs(self) -> bool {
-        !matches!(self, Self::Index | Self::JumpTime)
+        matches!(self, Self::Time | Self::RunTime | Self::SetupTime | Self::UniformTime)
     }
 }
 

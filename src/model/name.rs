@@ -17,6 +17,8 @@ const RESERVED: &[(&str, &str)] = &[
     ("setup_time", "the time since the start of the setup"),
     ("uniform_time", "the straight line through run_time over index, with its jumps"),
     ("jump_time", "how far the stamps of the run have jumped"),
+    ("first_jump_time", "jump_time at the first sample of the run"),
+    ("last_jump_time", "jump_time at the last sample of the run"),
     ("delay", "as in `horizontal.delay`"),
     ("sigma", "as in `horizontal.sigma`"),
     ("self", "the unpatched quantity"),
@@ -31,8 +33,9 @@ pub fn is_built_in(name: &str) -> bool {
 
 /// Whether a formula may use this name for a time of the sample.
 pub fn is_time(name: &str) -> bool {
-    let of_run = matches!(name, "run_time" | "setup_time" | "uniform_time" | "jump_time");
-    of_run || matches!(name, "t" | "time" | "moment")
+    let of_run = matches!(name, "run_time" | "setup_time" | "uniform_time");
+    let of_jumps = matches!(name, "jump_time" | "first_jump_time" | "last_jump_time");
+    of_run || of_jumps || matches!(name, "t" | "time" | "moment")
 }
 
 /// The name of the random error of an input.

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Doubtful, Ranked, Remainder, Row, Size};
+use crate::diagnose::budget::stamp_jumps::Side;
 use crate::diagnose::found::{NoReading, NoiseEffect, Wrong};
 use crate::diagnose::gap::Gap;
 use crate::diagnose::library::place::Of;
@@ -105,6 +106,7 @@ fn row(one: &Row) -> Value {
             "run": jump.run,
             "row": jump.row,
             "size": number(Some(jump.size)),
+            "right": jump.right.map(Side::word),
         })).collect::<Vec<_>>(),
         "ratio_to_typical": number(one.ratio_to_typical),
         "parameters": one.values.iter().map(estimate).collect::<Vec<_>>(),

@@ -121,7 +121,9 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
 /// stated already: `calibrate` looks through a coarser range.
 fn members(diagnosis: &Diagnosis, row: &Row, asked: &Asked<'_>) -> Vec<String> {
     let effect = row.name.split('.').next().unwrap_or(&row.name);
-    let each = row.member.iter().map(|(family, value)| {
+    // What no reading tells `calibrate` takes as it was taken here.
+    let is_open = row.stamp_jumps.iter().all(|jump| jump.right.is_some());
+    let each = row.member.iter().filter(|_| is_open).map(|(family, value)| {
         let size = figure::exact(*value, &family_unit(diagnosis, &row.name, family));
         (format!("--set {effect}.{family}="), size)
     });

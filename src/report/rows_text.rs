@@ -2,7 +2,7 @@
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Remainder, Row};
-use crate::diagnose::budget::stamp_jumps::StampJump;
+use crate::diagnose::budget::stamp_jumps::{Side, StampJump};
 use crate::estimate::calibrate::Estimate;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
@@ -13,6 +13,8 @@ use crate::units::Unit;
 pub(super) const SHORT: usize = 2;
 /// Jumps of stamps that are named one by one.
 const JUMPS: usize = 3;
+/// The clock was set at them from this share on.
+const SET: f64 = 0.5;
 /// They are shown to this part of their size.
 const JUMP_DIGITS: f64 = 1e-2;
 /// Parts of the remainder below this share of the gap are counted, not listed, but for a few of so large
@@ -118,9 +120,12 @@ fn remarks(row: &Row) -> String {
     if let Some(words) = &row.unmodelled_alias {
         remarks.push(format!("{words} would fit as well"));
     }
-    for StampJump { run, row, size } in row.stamp_jumps.iter().take(JUMPS) {
+    for jump in row.stamp_jumps.iter().take(JUMPS) {
+        let StampJump { run, row: at, size, .. } = jump;
         let size = figure::value(*size, Some(JUMP_DIGITS * size.abs()), &Unit::second());
-        remarks.push(format!("stamps jump by {size} at row {row} of run `{run}`"));
+        let right = right(row, jump)
+            .map_or_else(String::new, |side| format!(" (the stamps {} it are right)", side.word()));
+        remarks.push(format!("stamps jump by {size} at row {at} of run `{run}`{right}"));
     }
     if row.stamp_jumps.len() > JUMPS {
         remarks.push(format!("{} jumps in all", row.stamp_jumps.len()));
@@ -131,6 +136,13 @@ fn remarks(row: &Row) -> String {
         remarks.push(format!("confounded with {name} (r = {correlation:.3})"));
     }
     remarks.join("; ")
+}
+
+/// The stamps beside a jump that are right, where the clock was set there, not the recorder paused.
+fn right(row: &Row, jump: &StampJump) -> Option<Side> {
+    let is_of = |one: &&Estimate| one.of.as_ref().is_none_or(|of| *of == jump.run);
+    let share = row.values.iter().find(is_of)?.value?;
+    jump.right.filter(|_| share > SET)
 }
 
 /// How large a part of the remainder is.
@@ -167,11 +179,13 @@ pub(super) fn values(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
     for row in &diagnosis.rows {
         let is_grouped = row.grouped().any(|other| !other.joint.is_empty());
-        if row.values.len() <= SHORT && row.member.is_empty() && !is_grouped {
+        // Of jumps the remarks say which stamps are right.
+        let members = row.member.iter().filter(|_| row.stamp_jumps.is_empty());
+        if row.values.len() <= SHORT && members.clone().next().is_none() && !is_grouped {
             continue;
         }
         text.push_str(&format!("\n{}\n", row.name));
-        for (family, value) in &row.member {
+        for (family, value) in members {
             let unit = family_unit(diagnosis, &row.name, family);
             let shown = match row.member_sigma.get(family) {
                 Some(sigma) => figure::measured(*value, *sigma, &unit),

@@ -128,6 +128,12 @@ fn every_effect_of_the_library_agrees_with_the_definition() {
             agree(&mut problem, &point, &what, tolerance(&effect));
         }
     }
+    for right in ["clock_steps.right=-1", "clock_steps.right=1"] {
+        let mut problem = planned::problem_stated(&folder.join("arm"), &["clock_steps"], &[right]);
+        let point = planned::typical(&problem);
+        let point = near(&problem, &point, &mut random);
+        agree(&mut problem, &point, right, TOLERANCE);
+    }
 }
 
 #[test]

@@ -96,6 +96,7 @@ fn in_text(model: &str, pose: &Pose) -> Vec<Jet> {
         setup_time: vec![0.0],
         uniform_time: vec![0.0],
         jump_time: Vec::new(),
+        jump_ends: [0.0; 2],
         inputs: tracks.collect(),
         readings: vec![vec![0.0]; names.len()],
         rows: vec![2],

@@ -165,6 +165,8 @@ impl<N: Number> Leaves<N> for Sample<N> {
             Leaf::Clock(Clock::SetupTime) => self.time + 4.0,
             Leaf::Clock(Clock::UniformTime) => self.time - 0.49,
             Leaf::Clock(Clock::JumpTime) => N::constant(0.35),
+            Leaf::Clock(Clock::FirstJumpTime) => N::constant(-0.15),
+            Leaf::Clock(Clock::LastJumpTime) => N::constant(0.25),
             Leaf::Reading { measurand, component } => {
                 N::constant(self.readings[&(measurand, component)])
             }

@@ -56,6 +56,8 @@ impl Leaves<f64> for Sample<'_> {
             Leaf::Clock(Clock::Time) => self.time,
             Leaf::Clock(Clock::UniformTime) => self.time - 0.24,
             Leaf::Clock(Clock::JumpTime) => 0.35,
+            Leaf::Clock(Clock::FirstJumpTime) => -0.15,
+            Leaf::Clock(Clock::LastJumpTime) => 0.25,
             Leaf::Clock(_) => self.time - 0.25,
             Leaf::Reading { measurand, component } => {
                 number_of(&names.measurands[measurand as usize].name, component)

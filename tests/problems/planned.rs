@@ -94,7 +94,13 @@ pub(crate) fn folder(test: &str) -> Folder {
 
 /// A campaign with effects, every reading there.
 pub(crate) fn problem(campaign: &Path, with: &[&str]) -> Problem {
+    problem_stated(campaign, with, &[])
+}
+
+/// The same with what is stated.
+pub(crate) fn problem_stated(campaign: &Path, with: &[&str], set: &[&str]) -> Problem {
     let mut request = Request::new([campaign]);
+    request.set = set.iter().map(|stated| (*stated).to_owned()).collect();
     request.with = with.iter().map(|name| (*name).to_owned()).collect();
     let mut problem = open(&request).unwrap().problem;
     // Every reading there: zeros do, only predictions are compared.
@@ -110,6 +116,7 @@ pub(crate) fn problem(campaign: &Path, with: &[&str]) -> Problem {
                 let count = samples.len();
                 samples.jump_time =
                     (0..count).map(|i| if 3 * i > count { 3e-4 } else { 0.0 }).collect();
+                samples.jump_ends = [1e-4, 3e-4];
             });
         }
     }

@@ -2,6 +2,7 @@
 //! stands for each, and which were found before.
 
 use crate::diagnose::evidence::Evidence;
+use crate::diagnose::evidence::members::is_as_good;
 use crate::diagnose::evidence::sampling::{ALL_BLIND, distinguishable};
 use crate::diagnose::evidence::scan::{Scanned, scan, scan_all};
 use crate::diagnose::fitted::Fitted;
@@ -57,7 +58,9 @@ pub fn best_members(
             let evidence =
                 Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, &signatures)?;
             let ln_bayes = |k: &usize| ln_bayes_factor(evidence.entries[*k].gain(), 1, 1);
-            winner = (0..count).max_by(|a, b| ln_bayes(a).total_cmp(&ln_bayes(b))).unwrap_or(0);
+            // Of those that explain as much the first.
+            let most = (0..count).map(|k| ln_bayes(&k)).fold(f64::NEG_INFINITY, f64::max);
+            winner = (0..count).find(|k| is_as_good(ln_bayes(k), most)).unwrap_or(0);
         }
         best.push(members[winner].clone());
         tried.push(count);

@@ -24,6 +24,8 @@ use super::scan::{Scanned, scan};
 
 /// What a better member takes off chi squared at least.
 const BETTER: f64 = 0.5;
+/// Parts of a gain by which those of members differ that do the same.
+const ROUNDING: f64 = 1e-6;
 /// Rounds in which several effects find theirs beside each other.
 const ROUNDS: usize = 3;
 
@@ -40,8 +42,15 @@ pub struct Chosen {
     pub tried: usize,
     /// Whether it is one of a range; else of a list.
     pub is_of_range: bool,
-    /// Of a list what it takes off chi squared, and the best of the others.
+    /// Its meaning in words, where numbers do not say it.
+    pub meaning: Option<String>,
+    /// Of a list what it takes off chi squared, and the best of those that are not as good.
     pub gains: [Option<f64>; 2],
+}
+
+/// Whether a member's gain is the largest of its family: a difference below this is rounding.
+pub(in crate::diagnose) fn is_as_good(gain: f64, most: f64) -> bool {
+    most - gain <= ROUNDING * most.abs().max(1.0)
 }
 
 /// The problem with the best member of each family of which none is stated, of effects (`NAME` or
@@ -96,6 +105,7 @@ pub fn choose(
             unit: declared.unit.clone(),
             tried,
             is_of_range: matches!(declared.members, Members::Range { .. }),
+            meaning: declared.meaning(*value).map(str::to_owned),
             gains,
         })
     });
@@ -247,11 +257,12 @@ fn best_of_list(fitted: &Fitted, selected: &Selected, list: &[f64]) -> Option<Be
     let Fitted { problem, fit, .. } = fitted;
     let evidence =
         Evidence::new(problem, &fit.normal, &fit.point, &all.iter().collect::<Vec<_>>())?;
-    let mut order: Vec<usize> = (0..all.len()).collect();
     let gain = |at: &usize| evidence.entries[*at].gain().gain;
-    order.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
-    let first = *order.first()?;
-    let gains = [Some(gain(&first)), order.get(1).map(gain)];
+    let most = (0..all.len()).map(|at| gain(&at)).reduce(f64::max)?;
+    let (as_good, others): (Vec<usize>, Vec<usize>) =
+        (0..all.len()).partition(|at| is_as_good(gain(at), most));
+    let first = *as_good.first()?;
+    let gains = [Some(gain(&first)), others.iter().map(gain).reduce(f64::max)];
     Some((all[first].selected.clone(), list.len(), gains))
 }
 

@@ -186,7 +186,8 @@ fn highest(even: &[(f64, f64)]) -> f64 {
 /// Why no member of a family can be tested.
 pub(in crate::diagnose) const ALL_BLIND: &str = "none of its frequencies is distinguishable from a constant at the rates and durations of these runs: sample faster, at uneven intervals, or for longer";
 
-/// The members of a family that the runs distinguish from a constant.
+/// The members of a family that the runs distinguish from a constant; the first where it acts at jumps
+/// of stamps, and there are none.
 pub(in crate::diagnose) fn distinguishable<'a>(
     problem: &Problem,
     family: &'a [Candidate],
@@ -194,7 +195,12 @@ pub(in crate::diagnose) fn distinguishable<'a>(
     let Some(first) = family.first().filter(|_| family.len() > 1) else {
         return family.iter().collect();
     };
-    let shape = &first.selected.effect.shape;
+    let effect = &first.selected.effect;
+    let mut runs = problem.parts.iter().flat_map(|part| &part.runs);
+    if effect.acts_at_jumps() && runs.all(|run| run.record.head(1).jump_time.is_empty()) {
+        return vec![first];
+    }
+    let shape = &effect.shape;
     let frequencies: Vec<&String> =
         shape.iter().filter(|(_, one)| is_frequency(&one.unit)).map(|(name, _)| name).collect();
     if frequencies.is_empty() {

@@ -163,6 +163,14 @@ impl Workspace {
                     continue;
                 }
                 Column::Clock(Clock::JumpTime) => &samples.jump_time[stretch.clone()],
+                Column::Clock(Clock::FirstJumpTime) => {
+                    slot.fill(samples.jump_ends[0]);
+                    continue;
+                }
+                Column::Clock(Clock::LastJumpTime) => {
+                    slot.fill(samples.jump_ends[1]);
+                    continue;
+                }
                 Column::Clock(Clock::Index) => {
                     for (lane, value) in slot.iter_mut().enumerate() {
                         *value = (chunk.first + lane.min(chunk.len - 1)) as f64;
