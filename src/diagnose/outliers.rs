@@ -85,10 +85,10 @@ pub(super) fn without_outliers(
         take(&mut now, found);
     }
     let (rest, found) = without_lost(&now.0, lost, options)?;
-    now.0 = rest.unwrap_or(now.0);
     now.1.lost.extend(found.lost.clone());
     let jumps = found.jumps.clone();
     let lost = LostSamples::new(found, &now.0.problem);
+    now.0 = rest.unwrap_or(now.0);
     let jumped = (!jumps.is_empty()).then(|| (now.clone(), jumps));
     let mut spikes = Spikes::none(&now.0.problem);
     if let Some(found) = without_spikes(&now.0, options)? {

@@ -124,7 +124,8 @@ pub(super) fn over_inputs(model: &Model) -> Vec<Covariate> {
 pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
     let turns = |input: &&InputDeclaration| {
         let is_own = |one: &Spread| one.input == input.name && one.turns >= MANY_TURNS;
-        spreads.iter().any(is_own)
+        // Only of a signal the turns are counted on where it is read modulo one.
+        (input.signal || input.period.is_none()) && spreads.iter().any(is_own)
     };
     let over = |input: &InputDeclaration| {
         let terms = wave(&format!("{ORDER} * {}", input.name));
