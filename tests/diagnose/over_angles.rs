@@ -63,6 +63,15 @@ zero = { unit = "rad", scope = "rig" }
 load = { value = 'zero + motor / 7.3', unit = "rad" }
 "#;
 
+/// Times (s) and angles (rad) of a motor through some fifty turns.
+fn turns() -> impl Iterator<Item = (f64, f64)> {
+    (0..2000).scan(1.0, |motor, row| {
+        let time = 0.02 * f64::from(row);
+        *motor += 0.02 * 8.0 * (1.0 + 0.4 * (TAU * time / 11.0).sin());
+        Some((time, *motor))
+    })
+}
+
 /// A shaft of a gearbox turns at another rate than those that are read: its eccentricity is a wave over
 /// them, of an order that is no whole number, and no noise that remembers.
 #[test]
@@ -70,10 +79,7 @@ fn a_wave_of_any_order_over_many_turns_is_a_remainder_with_its_order() {
     for (seed, order, size) in [(96, 0.323, 1e-4), (97, 0.618, 4e-5), (98, 2.71, 3e-5)] {
         let mut stream = Stream(seed);
         let mut log = String::from("time [s],motor [rad],load [rad]\n");
-        let mut motor = 1.0;
-        for row in 0..2000 {
-            let time = 0.02 * f64::from(row);
-            motor += 0.02 * 8.0 * (1.0 + 0.4 * (TAU * time / 11.0).sin());
+        for (time, motor) in turns() {
             let wave = size * (order * motor + 1.1).cos();
             let load = 0.2 + motor / 7.3 + wave + 2e-5 * stream.normal();
             let _ = writeln!(log, "{time},{motor},{load}");
@@ -86,6 +92,31 @@ fn a_wave_of_any_order_over_many_turns_is_a_remainder_with_its_order() {
         let (amplitude, _) = found.remainder[0].amplitude.as_ref().unwrap();
         assert!((amplitude / size - 1.0).abs() < 0.1, "{order}: {amplitude}");
         assert!(found.autocorrelation.is_empty(), "{}", told(&found));
+    }
+}
+
+/// The same over an encoder that is read modulo one turn: its turns are counted on.
+#[test]
+fn a_wave_of_any_order_over_an_angle_with_a_period_has_its_order() {
+    let model = DRIVE.replace("signal = true", "signal = true, period = \"360 deg\"");
+    let model = model.replace("zero + motor / 7.3", "zero + motor");
+    for (seed, order) in [(101, 0.42), (102, 1.37)] {
+        let mut stream = Stream(seed);
+        let mut log = String::from("time [s],motor [rad],load [rad]\n");
+        for (time, motor) in turns() {
+            let wave = 5e-5 * (order * motor + 1.1).cos();
+            let load = 0.2 + motor.rem_euclid(TAU) + wave + 2e-5 * stream.normal();
+            let _ = writeln!(log, "{time},{},{load}", motor.rem_euclid(TAU));
+        }
+        let model = model
+            .replace("load = { value", "load = { kind = \"angle\", period = \"360 deg\", value");
+        let measurands = "load = { sigma = \"20 urad\" }";
+        let found = Campaign { model: &model, effects: &[], measurands, log }.diagnosed();
+        assert_eq!(found.verdict, Verdict::Unknown, "{}", told(&found));
+        let words = &found.remainder[0].place.words;
+        let number = words.split("over motor, ").nth(1).and_then(|one| one.split(' ').next());
+        let found_order: f64 = number.unwrap_or_else(|| panic!("{words}")).parse().unwrap();
+        assert!((found_order - order).abs() < 0.01, "{words}");
     }
 }
 

@@ -42,7 +42,7 @@ fn a_wave_over_a_long_way_has_its_length() {
                 let design = 5.3 + 0.03 * (t / 14.0).sin();
                 stream += &format!("{t:.2},{position:.4},{design:.4}\n");
                 // One row in twenty is missing.
-                if step >= 0 && step < 3600 && step % 2 == 0 && step % 38 != 4 {
+                if (0..3600).contains(&step) && step % 2 == 0 && step % 38 != 4 {
                     let cant = 0.025 * (t / 13.0).cos();
                     let wave = 4.3e-3 * (std::f64::consts::TAU * position / length).sin();
                     let height = design + 0.012 + wave + 3e-3 * random.normal();
