@@ -48,8 +48,8 @@ impl Selection<'_> {
         })
     }
 
-    /// Whether what stands in the place of a row is a block that has its form and explains no more: then it
-    /// is not the form of other blocks that it mends.
+    /// Whether a row is a cause that a user suspects, and what stands in its place is a block that has its
+    /// form and explains no more: then it is not the form of other blocks that it mends.
     pub(super) fn needs_its_form(
         &self,
         model: &[usize],
@@ -58,6 +58,9 @@ impl Selection<'_> {
         blocks: &[usize],
     ) -> bool {
         let row = model[at];
+        if !self.terms[row].is_own {
+            return false;
+        }
         let rest: Vec<usize> = without(model, row).into_iter().map(|one| self.whole(one)).collect();
         let ranked = self.ranked(&rest, blocks);
         ranked.first().is_some_and(|best| {
