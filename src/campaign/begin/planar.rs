@@ -29,6 +29,8 @@ heading_scale  = { unit = "1", scope = "instrument", about = "by how much its tu
 const BENDS: &str = r#"bend_x      = { unit = "m", signal = true, smooth = "SMOOTH" }
 bend_y      = { unit = "m", signal = true, smooth = "SMOOTH" }
 "#;
+/// The offset of the heading, without what it is about.
+const HEADING_OFFSET: &str = r#"heading_offset = { unit = "rad", scope = "instrument","#;
 /// The file of the bend.
 const BEND: &str = "bend.csv";
 
@@ -130,6 +132,8 @@ fn reckoned(planar: &str, smooth: &str) -> String {
             "'ref_heading + heading_offset",
             "'(1 + heading_scale) * ref_heading + heading_offset",
         )
+        // Setups begin at different headings, of which a scale makes different offsets.
+        .replace(HEADING_OFFSET, &HEADING_OFFSET.replace("instrument", "setup"))
 }
 
 /// By how much a stream's path bends for a heading that is larger by a part of itself: `-∫ heading dy`
