@@ -32,7 +32,6 @@ mod designs;
 mod each_effect;
 mod found;
 mod jumps_of_clocks;
-mod linear_beside_a_bend;
 mod losses_under_load;
 mod members;
 mod mistaken_for_noise;

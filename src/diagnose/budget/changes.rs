@@ -46,8 +46,8 @@ impl Linear {
             bins.extend(firsts.map(|first| (*run, first)));
         }
         let may_hide = |term: &usize| selection.terms[*term].change.is_none();
-        let rows = model.iter().filter(|term| may_hide(term)).map(|row| without(model, *row));
-        let models: Vec<Vec<usize>> = std::iter::once(model.to_vec()).chain(rows).collect();
+        let parts = model.iter().filter(|term| may_hide(term)).map(|term| without(model, *term));
+        let models: Vec<Vec<usize>> = std::iter::once(model.to_vec()).chain(parts).collect();
         let own: Vec<f64> = model
             .iter()
             .zip(selection.contributions(model))
@@ -57,7 +57,7 @@ impl Linear {
         let least: Vec<f64> = std::iter::once(ENTER).chain(own).collect();
         let coarse = self.best_moments(selection, (model, &models, &least), &bases, &bins);
         let weak = 2.0 * (ENTER + (samples.max(1) as f64).ln());
-        // Those in the place of a row are larger than those beside it, and must not hide these.
+        // Those in the place of a term are larger than those beside it, and must not hide these.
         let strong_of = |is_in_place: bool| {
             let own = coarse.iter().filter(|(in_place, _)| *in_place == is_in_place);
             let own = own.map(|(_, one)| one).filter(|one| one.gain.gain > weak);

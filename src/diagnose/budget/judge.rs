@@ -25,6 +25,7 @@ mod beside;
 mod groups;
 mod objection;
 
+use self::beside::SAME_FORM;
 pub use self::objection::Objection;
 
 /// Blocks that enter before a judgement at most.
@@ -217,14 +218,10 @@ impl Selection<'_> {
                 let own = own - evidence;
                 // Where nothing remains, a block of the same form is no evidence against it.
                 let may_tie = rest <= 0.0 && margin <= 0.0 && own <= TIE;
-                let is_tie = || may_tie && self.has_its_form(model, model[at], blocks);
-                let is_nearly_own = || {
-                    let width = self.terms[model[at]].columns.len();
-                    let is_simple =
-                        |block: &&usize| (1..=width).contains(&self.terms[**block].columns.len());
-                    let mut all = blocks.iter().filter(is_simple);
-                    all.any(|block| self.is_nearly_own(model, model[at], *block))
-                };
+                let has_form = |share| self.has_its_form(model, model[at], blocks, share);
+                let is_tie = || may_tie && has_form(SAME_FORM);
+                // What a formula of the user's own is rounded off by is no evidence against it either.
+                let is_nearly_own = || self.terms[model[at]].is_own && has_form(OWN_SHARE);
                 let is_replaced = own > -margin && !is_tie() && !is_nearly_own();
                 (is_replaced || one_cause).then_some((row, Objection::Replaced(own)))
             };

@@ -3,7 +3,7 @@
 //!
 //! Effects come first; where none enters, the best basis block does, and effects may enter again. A
 //! row goes for an effect that is better, or for a block that is no wider and better by
-//! [`TIE`]. A block may hide several effects: each is taken out once and effects are grown in its
+//! [`TIE`]; a block goes for a change. A block may hide several effects: each is taken out once and effects are grown in its
 //! place, two at once where none enters by itself (`pair`). Whether a row stands is for
 //! [`super::judge`] to say.
 
@@ -142,7 +142,7 @@ impl Selection<'_> {
         model
     }
 
-    /// Exchanges rows for better ones.
+    /// Exchanges rows for better ones, and blocks for changes.
     fn swap(&self, mut model: Vec<usize>, pools: &Pools, log: &mut Log) -> Vec<usize> {
         for _ in 0..SWAPS {
             if model.is_empty() {

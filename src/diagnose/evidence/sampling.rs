@@ -55,8 +55,9 @@ impl Sampling {
                     let jumped = |at: usize| samples.jump_time.get(at).copied().unwrap_or(0.0);
                     times.extend(stretch.range().map(|at| samples.run_time[at] - jumped(at)));
                 });
-                shortest = shortest.min(short_interval(&times).unwrap_or(f64::INFINITY));
-                grid(&times)
+                let mut intervals = intervals(&times);
+                shortest = shortest.min(short(&mut intervals).unwrap_or(f64::INFINITY));
+                grid(&times, &mut intervals)
             })
             .collect();
         let all = || problem.parts.iter().flat_map(|part| &part.runs);
@@ -71,7 +72,7 @@ impl Sampling {
                 });
             (ends[1] - ends[0]).max(0.0)
         };
-        let carried = CARRIED * HALF_PERIOD / shortest;
+        let carried = 0.5 * CARRIED / shortest;
         Self { lowest: HALF_PERIOD / longest, carried, ..Self::made(runs) }
     }
 
@@ -104,9 +105,13 @@ impl Sampling {
     }
 }
 
-/// The interval (s) than which one in ten between times is shorter.
-fn short_interval(times: &[f64]) -> Option<f64> {
-    let mut intervals: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
+/// The intervals between times.
+fn intervals(times: &[f64]) -> Vec<f64> {
+    times.windows(2).map(|two| two[1] - two[0]).collect()
+}
+
+/// The interval (s) than which one in ten is shorter; they change their order.
+fn short(intervals: &mut [f64]) -> Option<f64> {
     let place = intervals.len() / SHORT;
     if intervals.is_empty() {
         return None;
@@ -115,20 +120,17 @@ fn short_interval(times: &[f64]) -> Option<f64> {
 }
 
 /// Interval and duration (s) of times on an even grid, some of which may be missing; `None` where they
-/// are not.
-fn grid(times: &[f64]) -> Option<(f64, f64)> {
-    let mut intervals: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
-    let interval = upper_median(&mut intervals).filter(|one| *one > 0.0)?;
+/// are not. The intervals between them change their order.
+fn grid(times: &[f64], intervals: &mut [f64]) -> Option<(f64, f64)> {
+    let interval = upper_median(intervals).filter(|one| *one > 0.0)?;
     let (first, last) = (*times.first()?, *times.last()?);
     // The number of each on the grid, from the one before; then the grid by least squares.
-    let mut number = 0.0;
-    let steps = times.windows(2).map(|two| ((two[1] - two[0]) / interval).round());
-    let numbers: Vec<f64> = std::iter::once(0.0)
-        .chain(steps.map(|step| {
-            number += step;
-            number
-        }))
-        .collect();
+    let (mut number, mut before) = (0.0, first);
+    let next = |time: &f64| {
+        number += ((time - std::mem::replace(&mut before, *time)) / interval).round();
+        number
+    };
+    let numbers: Vec<f64> = times.iter().map(next).collect();
     let count = times.len() as f64;
     let (mean_number, mean) =
         (numbers.iter().sum::<f64>() / count, times.iter().sum::<f64>() / count);
@@ -257,14 +259,16 @@ mod tests {
                 .collect()
         };
         for times in [some(&|_| true), some(&|row| row % 19 != 3), some(&|row| row * row % 5 < 2)] {
-            let (interval, duration) = grid(&times).unwrap();
+            let (interval, duration) = grid(&times, &mut intervals(&times)).unwrap();
             assert!((interval - 0.1).abs() < 1e-5 && (duration - 39.9).abs() < 0.3, "{interval}");
             assert!(Sampling::made(vec![Some((interval, duration))]).is_blind(7.7));
         }
         let uneven: Vec<f64> = (0..400).map(|row| f64::from(row).powf(1.3)).collect();
-        assert!(grid(&uneven).is_none() && grid(&[1.0]).is_none() && grid(&[]).is_none());
-        assert!((short_interval(&[0.0, 2.0, 3.9, 6.0]).unwrap() - 1.9).abs() < 1e-9);
-        assert!(short_interval(&[1.0]).is_none() && short_interval(&[1.0, 1.0]).is_none());
+        for times in [&uneven[..], &[1.0], &[]] {
+            assert!(grid(times, &mut intervals(times)).is_none());
+        }
+        assert!((short(&mut [2.0, 1.9, 2.1]).unwrap() - 1.9).abs() < 1e-9);
+        assert!(short(&mut []).is_none() && short(&mut [0.0]).is_none());
         let uneven = Sampling { carried: 0.8, ..Sampling::made(vec![None]) };
         assert!(!uneven.is_blind(9.97) && uneven.of_unknown().is_blind(9.97));
     }

@@ -42,7 +42,7 @@ impl LostSamples {
         rest.lost.retain(|one| {
             let of = (one.part, one.run);
             let run = runs.entry(of).or_insert_with(|| Shifted::new(&problem, of, point, &others));
-            !run.is_at_home(one.periods, &one.samples)
+            !run.fits_at_its_own(one.periods, &one.samples)
         });
         (rest.lost.len() < self.found.lost.len()).then_some(rest)
     }

@@ -18,14 +18,11 @@ impl Linear {
             let mut sparse = selection.clone();
             let first = sparse.terms.len();
             let changes = self.single_runs(selection.terms[*block].candidate);
+            let place = &selection.terms[*block].place;
             sparse.terms.extend(changes.iter().map(|(column, change)| Term {
                 members: change.members,
                 change: Some(change.clone()),
-                ..Term::new(
-                    String::new(),
-                    selection.terms[*block].place.clone(),
-                    vec![vec![(*column, 1.0)]],
-                )
+                ..Term::new(String::new(), place.clone(), vec![vec![(*column, 1.0)]])
             }));
             let effects = (0..first).filter(|term| sparse.terms[*term].is_effect());
             let pool: Vec<usize> = effects.chain(first..sparse.terms.len()).collect();
@@ -41,23 +38,20 @@ impl Linear {
 
     /// The columns of a block with a value for each run, each as a change of that run.
     fn single_runs(&self, candidate: usize) -> Vec<(usize, Change)> {
-        let block = &self.candidates[candidate].selected.effect;
-        let names = self.fitted.problem.run_names();
-        let columns = &self.sums.of_candidate[candidate];
-        let change = |column: &usize| {
-            let owner = &self.sums.owners[column - self.sums.nominal];
-            let run = names.iter().position(|name| owner.of.as_ref() == Some(name))?;
-            let is_own = |name: &str| owner.parameter.rsplit('.').next() == Some(name);
-            let signature = block.parameters.iter().position(|one| is_own(&one.name))?;
+        let signatures = self.candidates[candidate].selected.effect.parameters.len();
+        let change = |run: usize, signature: usize| {
+            let base = Base { candidate, signature };
+            let column = self.sums.column_at(run, self.place_of(run, base)?)?;
             let change = Change {
-                base: Base { candidate, signature },
+                base,
                 at: (run, 0),
                 end: Some(self.fitted.problem.samples_in(run)),
                 gain: Gain::default(),
-                members: columns.len(),
+                members: self.sums.of_candidate[candidate].len(),
             };
-            Some((*column, change))
+            Some((column, change))
         };
-        columns.iter().filter_map(change).collect()
+        let all = (0..self.order.len()).flat_map(|run| (0..signatures).map(move |own| (run, own)));
+        all.filter_map(|(run, signature)| change(run, signature)).collect()
     }
 }

@@ -12,7 +12,7 @@ use crate::diagnose::thresholds::{ENTER, TIE, ZERO};
 use crate::statistics::ln_chi_squared;
 
 /// Share of the squared length of a row's form that a block leaves, below which it has this form.
-const SAME_FORM: f64 = 0.01;
+pub(super) const SAME_FORM: f64 = 0.01;
 
 impl Selection<'_> {
     /// What the blocks of some kind gain that change the readings that a row changes, beyond what chance
@@ -36,15 +36,21 @@ impl Selection<'_> {
         self.measurands_of(block).iter().any(|one| of_row.contains(one))
     }
 
-    /// Whether a block that is no wider than a row has its form.
-    pub(super) fn has_its_form(&self, model: &[usize], row: usize, blocks: &[usize]) -> bool {
+    /// Whether a block that is no wider than a row has its form, but for a share of its squared length.
+    pub(super) fn has_its_form(
+        &self,
+        model: &[usize],
+        row: usize,
+        blocks: &[usize],
+        share: f64,
+    ) -> bool {
         let width = self.terms[row].columns.len();
         let whole = self.form_left(&[], model, row);
         blocks.iter().any(|block| {
             let own = &self.terms[*block].columns;
             !own.is_empty()
                 && own.len() <= width
-                && self.form_left(&[*block], model, row) < SAME_FORM * whole
+                && self.form_left(&[*block], model, row) < share * whole
         })
     }
 

@@ -101,8 +101,7 @@ impl Scan<'_> {
     /// show best. `None` of other families.
     fn best_of_first(&self) -> Option<(f64, f64)> {
         let Members::Range { from, to } = self.members else { return None };
-        let grid = if self.is_over_motion { self.first_of(*from, *to) } else { Vec::new() };
-        self.best_of(&grid)
+        if self.is_over_motion { self.best_of(&self.first_of(*from, *to)) } else { None }
     }
 
     /// The best value between two members about the best one.

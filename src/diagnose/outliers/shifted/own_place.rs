@@ -33,7 +33,7 @@ impl Shifted<'_> {
     /// Whether a stretch is among the other readings at its own samples, by the measure by which a shift
     /// carries one there, and fits no worse than so many samples away: a loss fits there far better,
     /// however much is not explained.
-    pub(in crate::diagnose::outliers) fn is_at_home(
+    pub(in crate::diagnose::outliers) fn fits_at_its_own(
         &self,
         periods: isize,
         samples: &Range<usize>,
