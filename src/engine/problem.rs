@@ -6,6 +6,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::campaign::signal::moving_signals;
 use crate::engine::found_starts::FoundStart;
 use crate::engine::lanes::InstructionSet;
@@ -194,16 +196,15 @@ impl Problem {
     pub fn refresh_weights(&mut self, point: &Point) {
         // Those before are not wanted any more: they make room.
         self.whitening = Arc::default();
-        self.whitening = (0..self.parts.len())
-            .map(|part| {
-                (0..self.parts[part].runs.len())
-                    .map(|run| {
-                        let parameters = || self.parameters(part, run, point);
-                        Whitening::new(self.run_programs(part, run), parameters)
-                    })
-                    .collect()
-            })
-            .collect();
+        let of_run = |part: usize, run: usize| {
+            let parameters = || self.parameters(part, run, point);
+            Whitening::new(self.run_programs(part, run), parameters)
+        };
+        let of_part = |part: usize| {
+            let runs = (0..self.parts[part].runs.len()).into_par_iter();
+            runs.map(|run| of_run(part, run)).collect()
+        };
+        self.whitening = (0..self.parts.len()).map(of_part).collect();
     }
 
     /// Whether a part of the noise of any row is autocorrelated.

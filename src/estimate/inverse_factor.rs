@@ -109,7 +109,7 @@ impl Factor {
 
     /// The inverse of the matrix times products of the columns with others.
     pub fn solve(&self, products: DMatrix<f64>) -> DMatrix<f64> {
-        let mut values = self.inverse.tr_mul(&self.across(products));
+        let mut values = self.inverse.transpose() * self.across(products);
         for mut column in values.column_iter_mut() {
             column.component_div_assign(&self.length);
         }

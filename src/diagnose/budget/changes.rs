@@ -6,16 +6,20 @@
 //! the order of time: one pass for all moments. Moments are tried in bins, the best then sample by
 //! sample. A change is a term with one value; the moments that were tried are its members.
 
+use rayon::prelude::*;
+
+use self::models::Models;
 use self::moments::Bin;
 use super::linear::Linear;
 use super::masked::Masked;
 use super::selection::Selection;
 use super::sums::Appended;
-use super::terms::{Base, Change, Term, without};
+use super::terms::{Base, Change, Term};
 use crate::diagnose::library::place::Extent;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::ENTER;
 
+mod models;
 mod moments;
 mod onsets;
 mod runs;
@@ -27,10 +31,6 @@ const MOST_BINS: usize = 1500;
 const MOST_STRONG: usize = 4;
 /// Change points that enter the competition in a round at most.
 const MOST_CHANGES: usize = 4;
-/// Share of the log Bayes factor of a row or a block that a change in its place has at least: it may
-/// stand for this term and another one.
-const IN_PLACE: f64 = 0.5;
-
 impl Linear {
     /// Change points beside a model, and beside the model without each of its rows and blocks, that are
     /// worth their price: the best of each kind.
@@ -45,17 +45,8 @@ impl Linear {
             let firsts = (0..self.fitted.problem.samples_in(*run)).step_by(step);
             bins.extend(firsts.map(|first| (*run, first)));
         }
-        let may_hide = |term: &usize| selection.terms[*term].change.is_none();
-        let parts = model.iter().filter(|term| may_hide(term)).map(|term| without(model, *term));
-        let models: Vec<Vec<usize>> = std::iter::once(model.to_vec()).chain(parts).collect();
-        let own: Vec<f64> = model
-            .iter()
-            .zip(selection.contributions(model))
-            .filter(|(term, _)| may_hide(term))
-            .map(|(term, gain)| IN_PLACE * selection.ln_bayes_factor(*term, gain))
-            .collect();
-        let least: Vec<f64> = std::iter::once(ENTER).chain(own).collect();
-        let coarse = self.best_moments(selection, (model, &models, &least), &bases, &bins);
+        let models = Models::of(selection, model);
+        let coarse = self.best_moments(selection, &models, &bases, &bins);
         let weak = 2.0 * (ENTER + (samples.max(1) as f64).ln());
         // Those in the place of a term are larger than those beside it, and must not hide these.
         let strong_of = |is_in_place: bool| {
@@ -72,8 +63,7 @@ impl Linear {
                 strong.push(one);
             }
         }
-        let mut found = Vec::new();
-        for one in strong {
+        let fine = |one: &Change| {
             // Sample by sample in the neighbouring bins of its moment, and of its end; coarse elsewhere.
             let at = bins.iter().position(|bin| *bin == one.at).unwrap_or(0);
             let before =
@@ -89,12 +79,12 @@ impl Linear {
                 let end = if is_near(number) { end } else { first + 1 };
                 around.extend((*first..end).map(|first| (*run, first)));
             }
-            let fine = self.best_moments(selection, (model, &models, &least), &[one.base], &around);
-            found.extend(
-                fine.into_iter()
-                    .map(|(_, one)| Change { members: one.members.max(samples), ..one }),
-            );
-        }
+            self.best_moments(selection, &models, &[one.base], &around)
+        };
+        let found: Vec<_> = strong.par_iter().map(fine).collect();
+        let found = found.into_iter().flatten();
+        let mut found: Vec<Change> =
+            found.map(|(_, one)| Change { members: one.members.max(samples), ..one }).collect();
         let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);
         let known = || model.iter().filter_map(|term| selection.terms[*term].change.as_ref());
         found.retain(|one| ln_bayes(one) >= ENTER && !known().any(|known| one.is_near(known)));

@@ -131,9 +131,8 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
         .filter_map(|(name, (is_angle, mut all))| {
             all.sort_by(f64::total_cmp);
             let span = all.last()? - all.first()?;
-            let turns = if is_angle { span / std::f64::consts::TAU } else { 0.0 };
             if is_angle && span > PERIODIC {
-                return Some(Spread { input: name, knots: Vec::new(), turns });
+                return Some(Spread { input: name, knots: Vec::new(), span });
             }
             let mut places = all.clone();
             places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
@@ -145,7 +144,7 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
                 places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
             }
             let inner = places.len().checked_sub(1)?;
-            (inner > 1).then(|| Spread { input: name, knots: places[1..inner].to_vec(), turns })
+            (inner > 1).then(|| Spread { input: name, knots: places[1..inner].to_vec(), span })
         })
         .collect()
 }

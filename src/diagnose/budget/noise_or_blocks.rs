@@ -8,6 +8,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rayon::prelude::*;
+
 use super::linear::Linear;
 use super::noise::{Component, Components, components, gauss_markov};
 use super::selection::Selection;
@@ -213,7 +215,7 @@ fn autocorrelated(
         Some((*measurand, (*part, *row, noise), own - price))
     };
     let found: Vec<(usize, OfComponent, f64)> =
-        components.iter().filter_map(of_component).collect();
+        components.par_iter().filter_map(of_component).collect();
     let parts = problem.parts.iter().enumerate();
     let known = parts.filter(|(_, part)| part.gauss_markov.iter().any(Option::is_some));
     let mut sure: BTreeSet<usize> = known.map(|(part, _)| part).collect();

@@ -192,7 +192,12 @@ impl<'a> Selection<'a> {
 
     /// Chi squared of a model.
     pub fn chi_squared(&self, model: &[usize]) -> f64 {
-        self.product(&self.residual, &self.residual) - self.factored(model).half.norm_squared()
+        self.residual_square() - self.factored(model).half.norm_squared()
+    }
+
+    /// Squared length of the residual.
+    fn residual_square(&self) -> f64 {
+        self.product(&self.residual, &self.residual)
     }
 
     /// Values of the columns of a model.

@@ -12,6 +12,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::diagnose::evidence::Owner;
 use crate::diagnose::evidence::columns::joined;
 use crate::engine::gram::PriorRow;
@@ -125,9 +127,8 @@ impl Sums {
             let first_run = problem.layout.first_run[part];
             problem.grams_by_measurand(signatures, point, |run, grams| {
                 let run = first_run + run;
-                for (measurand, gram) in grams.iter().enumerate() {
-                    by_measurand[first + measurand].add_run(gram, run, &of_runs[run], &place);
-                }
+                let own = by_measurand[first..].par_iter_mut().zip(grams);
+                own.for_each(|(store, gram)| store.add_run(&gram, run, &of_runs[run], &place));
             });
         }
         let acts_in = place.iter().map(|one| Self::acts_in(&by_measurand, one)).collect();

@@ -52,7 +52,7 @@ impl Catalogue {
         if let Some(known) = last(&mut locked(&self.0), &key) {
             return known;
         }
-        let (offer, blocks) = (offer(recipes), blocks(recipes));
+        let (offer, blocks) = rayon::join(|| offer(recipes), || blocks(recipes));
         let made = Arc::new(Made { offer, blocks, signatures: Mutex::default() });
         let mut all = locked(&self.0);
         if all.insert(key, made.clone()).is_none() && all.len() > MOST_MODELS {

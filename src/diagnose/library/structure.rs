@@ -9,6 +9,8 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use covariate::{
     Covariate, few_move, of_motion, of_the_rig, over_runs, over_time, reading_by_sense,
 };
@@ -64,8 +66,8 @@ fn by_sense(model: &Model) -> Vec<Block> {
 }
 
 /// Blocks that depend on the values of inputs: a line over an input that bends at places among them,
-/// products of two inputs about the middle of theirs, and waves of any order over what turns many times. A
-/// form that powers and waves do not have is seen so, a value of its own for each of a few places, and what
+/// products of two inputs about the middle of theirs, and waves of any order over what turns many times,
+/// of any length over what is long or short. A form that powers and waves do not have is seen so, a value of its own for each of a few places, and what
 /// neither of two inputs does by itself.
 pub(in crate::diagnose) fn over_values(recipes: &[Recipe], spreads: &[Spread]) -> Vec<Candidate> {
     offered(recipes, |model| {
@@ -83,6 +85,7 @@ pub(in crate::diagnose) fn over_values(recipes: &[Recipe], spreads: &[Spread]) -
         }
         let mut of_readings = together::products(model, spreads);
         of_readings.extend(waves::of_any_order(model, spreads));
+        of_readings.extend(waves::of_any_length(model, spreads));
         all.extend(plain(model).flat_map(|one| errors(one, &of_readings)));
         all
     })
@@ -95,18 +98,20 @@ pub(in crate::diagnose) struct Spread {
     pub(in crate::diagnose) input: String,
     /// The places (SI) at which a line over it bends: none of what turns.
     pub(in crate::diagnose) knots: Vec<f64>,
-    /// Turns between the least and the largest value of an angle; 0 of anything else.
-    pub(in crate::diagnose) turns: f64,
+    /// Difference between the largest and the least value (SI).
+    pub(in crate::diagnose) span: f64,
 }
 
 fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Candidate> {
     let mut joined = Joined::new(recipes.len());
     for (campaign, recipe) in recipes.iter().enumerate() {
-        for (effect, place) in effects(&recipe.model) {
+        let made = effects(&recipe.model).into_par_iter().filter_map(|(effect, place)| {
             let selected = Selected { effect, head: None, member: BTreeMap::new() };
-            if let Ok(system) = recipe.with_first(&selected) {
-                joined.add(campaign, selected, Some(place), system);
-            }
+            let system = recipe.with_first(&selected).ok()?;
+            Some((selected, place, system))
+        });
+        for (selected, place, system) in made.collect::<Vec<_>>() {
+            joined.add(campaign, selected, Some(place), system);
         }
     }
     joined.found
@@ -255,6 +260,22 @@ mod tests {
         let says = |words: &str| made.iter().any(|(_, one)| one.contains(words));
         assert!(says("an x displacement of the target over stage_x, {member} waves a metre"));
         assert!(!says("pedestal"));
+    }
+
+    /// Over a rail of 60 m waves may be longer, over 0.2 mm of a scale shorter than those over a metre or two.
+    #[test]
+    fn long_ways_have_longer_waves_and_short_ones_shorter() {
+        let inputs = "inputs.place = { unit = \"m\" }\n";
+        let read = "measurands.read = { value = 'place', unit = \"m\" }\n";
+        let text = format!("name = \"axis\"\ntitle = \"Axis\"\n{inputs}{read}");
+        let model = Model::parse(Source::new("axis.toml", text)).unwrap();
+        let waves = |span: f64| -> Vec<String> {
+            let spread = Spread { input: "place".to_owned(), knots: Vec::new(), span };
+            waves::of_any_length(&model, &[spread]).into_iter().map(|one| one.family).collect()
+        };
+        assert!(waves(60.0).concat().contains("from = \"0.025 1/m\", to = \"0.2 1/m\""));
+        assert!(waves(2e-4).concat().contains("from = \"200 1/m\", to = \"5000000 1/m\""));
+        assert!(waves(1.5).is_empty());
     }
 
     /// Names of effects are short; those of measurands may be long, and no block is lost for that.

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::models::Models;
 use super::onsets::Onsets;
 use super::taken_up::{Across, EndProducts, TakenUp};
 use crate::diagnose::budget::linear::Linear;
@@ -38,24 +39,19 @@ struct Stretches {
     ends: EndProducts,
 }
 
-/// The columns of a model's terms that a part of it lacks.
-fn columns_without(selection: &Selection<'_>, whole: &[usize], part: &[usize]) -> Vec<usize> {
-    let of_terms = whole.iter().zip(selection.ranges(whole));
-    of_terms.filter(|(term, _)| !part.contains(term)).flat_map(|(_, range)| range).collect()
-}
-
 impl Linear {
-    /// For each base and each of some models, all of them parts of one, the bin from which on a
-    /// change explains most, where its log Bayes factor is at least that of the model; and whether it
-    /// is in the place of a part of the whole.
+    /// For each base and each of some models the bin from which on a change explains most, where it is
+    /// worth it; and whether it is in the place of a part of the whole.
     pub(super) fn best_moments(
         &self,
         selection: &Selection<'_>,
-        (whole, models, least): (&[usize], &[Vec<usize>], &[f64]),
+        models: &Models,
         bases: &[Base],
         bins: &[Bin],
     ) -> Vec<(bool, Change)> {
-        let n = selection.columns(whole).len();
+        let Models { whole, factored, lacking, least } = models;
+        let Factored { factor, half, columns, .. } = factored;
+        let n = columns.len();
         let mut sums: Vec<DMatrix<f64>> =
             bases.iter().map(|_| DMatrix::zeros(n + 3, bins.len())).collect();
         let mut onsets = Onsets::new(n, bases.len(), bins.len());
@@ -104,20 +100,13 @@ impl Linear {
         let late: Vec<Vec<bool>> = sums.iter().zip(&totals).map(is_late).collect();
         onsets.finish();
         sums.iter_mut().zip(&onsets.added).for_each(|(sum, added)| *sum += added);
-        let Factored { factor, half, .. } = selection.factored(whole);
-        let out = |model: &Vec<usize>| {
-            let columns = columns_without(selection, whole, model);
-            factor.inverse.select_columns(&columns).qr().q()
-        };
-        let outs: Vec<DMatrix<f64>> = models.iter().map(out).collect();
         let of_base = |((base, sum), late): ((&Base, &DMatrix<f64>), &Vec<bool>)| {
             let across = factor.across(sum.rows(0, n).into_owned());
-            let across = Across { columns: across, half: half.clone() };
+            let across = Across::new(across, half.clone());
             let stretches = self.stretches(*base, bins, &across);
             let is_fixed = self.fixed(base.candidate).is_some();
             let mut all: Vec<(bool, Change)> = Vec::new();
-            for (out, least) in outs.iter().zip(least) {
-                let taken_up = TakenUp::new(&across, out);
+            for (taken_up, least) in TakenUp::by_each(&across, lacking).iter().zip(least) {
                 // What a value that is another one from a bin on gains.
                 let gain_from = |bin: usize| -> Option<f64> {
                     let square = sum[(n + 1, bin)];
@@ -164,11 +153,11 @@ impl Linear {
                 });
                 // A stretch has one end more.
                 let simpler = moment.as_ref().map_or(0.0, |one| one.gain.gain + 2.0 * ENTER);
-                let stretch = self.best_stretch(*base, sum, (&taken_up, &stretches), bins);
+                let stretch = self.best_stretch(*base, sum, (taken_up, &stretches), bins);
                 let stretch = stretch.filter(|one| one.gain.gain > simpler);
                 let found = moment.into_iter().chain(stretch);
                 let worth = found.filter(|one| selection.ln_bayes_factor_of_change(one) >= *least);
-                all.extend(worth.map(|one| (!out.is_empty(), one)));
+                all.extend(worth.map(|one| (taken_up.is_of_a_part(), one)));
             }
             all
         };

@@ -5,14 +5,20 @@
 //! `aᵀ a` of its squared length. Without the terms `t` it takes up less by the part of `a` within the
 //! span of the columns `M_t` of `L⁻¹`: their values are `M_tᵀ a`, with the covariance `M_tᵀ M_t`.
 
-use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector, DVectorView};
+
+use crate::estimate::inverse_factor::Factor;
 
 /// Columns, each the running sum of a change from a bin on, and the right side, beside a model.
 pub(super) struct Across {
     /// `L⁻¹ H_Mj`.
-    pub(super) columns: DMatrix<f64>,
+    columns: DMatrix<f64>,
     /// `L⁻¹ b`.
-    pub(super) half: DVector<f64>,
+    half: DVector<f64>,
+    /// Of each column its squared length, and its product with the right side.
+    from_each: Vec<(f64, f64)>,
 }
 
 /// Products of the columns at the ends of stretches with each other, and with the right side.
@@ -21,20 +27,52 @@ pub(super) struct EndProducts {
     along: DVector<f64>,
 }
 
+/// What parts of a model lack of it.
+pub(super) struct Lacking {
+    /// Orthonormal bases of the columns of `L⁻¹` that each lacks, side by side.
+    bases: DMatrix<f64>,
+    of_each: Vec<Range<usize>>,
+}
+
+impl Lacking {
+    /// Of parts by the columns that each lacks.
+    pub(super) fn new(factor: &Factor, parts: &[Vec<usize>]) -> Self {
+        let of_part = |columns: &Vec<usize>| factor.inverse.select_columns(columns).qr().q();
+        let bases: Vec<DMatrix<f64>> = parts.iter().map(of_part).collect();
+        let ends = bases.iter().scan(0, |end, basis| {
+            *end += basis.ncols();
+            Some(*end - basis.ncols()..*end)
+        });
+        let of_each = ends.collect();
+        let columns: Vec<DVector<f64>> = bases
+            .iter()
+            .flat_map(|basis| basis.column_iter().map(|one| one.into_owned()))
+            .collect();
+        let bases = match columns.is_empty() {
+            true => DMatrix::zeros(factor.inverse.nrows(), 0),
+            false => DMatrix::from_columns(&columns),
+        };
+        Self { bases, of_each }
+    }
+}
+
 impl Across {
-    /// The part within the span of some columns of `L⁻¹`, from an orthonormal basis of them.
-    fn within(&self, basis: &DMatrix<f64>) -> Self {
-        Self { columns: basis.tr_mul(&self.columns), half: basis.tr_mul(&self.half) }
+    /// Of the columns and the right side.
+    pub(super) fn new(columns: DMatrix<f64>, half: DVector<f64>) -> Self {
+        let of = |column: DVectorView<'_, f64>| (column.norm_squared(), column.dot(&half));
+        let from_each = columns.column_iter().map(of).collect();
+        Self { columns, half, from_each }
     }
 
     /// The squared length of the column from one bin to before another, the last of all for `None`,
     /// and its product with the right side.
     fn taken(&self, from: usize, to: Option<usize>) -> (f64, f64) {
+        let Some(to) = to else { return self.from_each[from] };
+        let (from, to) = (self.columns.column(from), self.columns.column(to));
         let (mut taken, mut along) = (0.0, 0.0);
-        for (i, half) in self.half.iter().enumerate() {
-            let own = self.columns[(i, from)] - to.map_or(0.0, |to| self.columns[(i, to)]);
-            taken += own * own;
-            along += own * half;
+        for ((from, to), half) in from.iter().zip(to.iter()).zip(self.half.iter()) {
+            taken += (from - to) * (from - to);
+            along += (from - to) * half;
         }
         (taken, along)
     }
@@ -43,7 +81,7 @@ impl Across {
     pub(super) fn ends(&self, ends: &[Option<usize>]) -> EndProducts {
         let column = |i: usize, end: usize| ends[end].map_or(0.0, |end| self.columns[(i, end)]);
         let at_ends = DMatrix::from_fn(self.half.len(), ends.len(), column);
-        EndProducts { products: at_ends.tr_mul(&at_ends), along: at_ends.tr_mul(&self.half) }
+        EndProducts { products: at_ends.transpose() * &at_ends, along: at_ends.tr_mul(&self.half) }
     }
 }
 
@@ -63,9 +101,22 @@ pub(super) struct TakenUp<'m> {
 }
 
 impl<'m> TakenUp<'m> {
-    /// Without the terms of whose columns of `L⁻¹` this is an orthonormal basis.
-    pub(super) fn new(whole: &'m Across, out: &DMatrix<f64>) -> Self {
-        Self { whole, out: whole.within(out) }
+    /// By each of some parts of it.
+    pub(super) fn by_each(whole: &'m Across, lacking: &Lacking) -> Vec<Self> {
+        // A product of two matrices is blocked, `tr_mul` goes column by column.
+        let bases = lacking.bases.transpose();
+        let (columns, half) = (&bases * &whole.columns, bases * &whole.half);
+        let of = |own: &Range<usize>| {
+            let columns = columns.rows(own.start, own.len()).into_owned();
+            let half = half.rows(own.start, own.len()).into_owned();
+            Self { whole, out: Across::new(columns, half) }
+        };
+        lacking.of_each.iter().map(of).collect()
+    }
+
+    /// Whether the model is a part of the whole one.
+    pub(super) fn is_of_a_part(&self) -> bool {
+        !self.out.half.is_empty()
     }
 
     /// As [`Across::taken`]: the squared length that is taken up, and the product with the right side.
@@ -91,7 +142,6 @@ fn less(whole: (f64, f64), out: (f64, f64)) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::inverse_factor::Factor;
 
     /// Without factoring again, what is taken up is what the model without some columns takes up.
     #[test]
@@ -104,11 +154,14 @@ mod tests {
             let own = rows.select_columns(kept);
             let factor = Factor::of(&own.tr_mul(&own));
             let half = factor.half(&own.tr_mul(&right));
-            (Across { columns: factor.across(own.tr_mul(&added)), half }, factor)
+            (Across::new(factor.across(own.tr_mul(&added)), half), factor)
         };
         let (whole, factor) = beside(&[0, 1, 2, 3, 4]);
         let (less, _) = beside(&[0, 2, 4]);
-        let taken_up = TakenUp::new(&whole, &factor.inverse.select_columns(&[1, 3]).qr().q());
+        let lacking = Lacking::new(&factor, &[Vec::new(), vec![1, 3]]);
+        let all = TakenUp::by_each(&whole, &lacking);
+        let [all_of_it, taken_up] = all.as_slice() else { unreachable!() };
+        assert!(!all_of_it.is_of_a_part() && taken_up.is_of_a_part());
         let places = [Some(0), Some(1), Some(2), None];
         let ends = whole.ends(&places);
         let between = taken_up.between(&ends, &places);

@@ -1,6 +1,8 @@
 //! Forward selection: effects enter the fit one after the other, each the best of some that were
 //! refitted.
 
+use rayon::prelude::*;
+
 use crate::diagnose::budget::absorbed::unseen;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::search::Pools;
@@ -101,10 +103,13 @@ impl Search<'_> {
             }
             let mut next: Option<Refitted> = None;
             let known = self.refused.len();
-            for one in serious {
+            let refit = |one: &&Ranked| {
                 let start = linear.start(&selection, &model, one.term);
                 let selected = &linear.candidates[one.term].selected;
-                let with = self.fitted.with(selected, &start, self.options)?;
+                self.fitted.with(selected, &start, self.options)
+            };
+            let refitted: Result<Vec<_>, _> = serious.par_iter().map(refit).collect();
+            for (one, with) in serious.into_iter().zip(refitted?) {
                 let Some(with) = with.filter(Fitted::is_sound) else { continue };
                 if !linear.is_plausible(&with, one.term) {
                     self.refuse_size(&linear.terms[one.term]);

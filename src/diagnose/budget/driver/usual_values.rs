@@ -10,6 +10,10 @@
 //! all of chi squared enters the nominal fit, and the search begins anew: what was found beside so
 //! wrong a model is worth nothing.
 
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
 use crate::diagnose::budget::absorbed::{is_unseen, squared_length};
 use crate::diagnose::budget::in_fit::columns_of;
 use crate::diagnose::budget::linear::Linear;
@@ -47,59 +51,62 @@ impl Search<'_> {
     ) -> Result<Option<Refitted>, FitError> {
         // Chi squared in units of the noise that was found, over that in units of the stated noise.
         let scaled = selection.chi_squared(model) / self.fitted.fit.cost;
-        let mut best: Option<Refitted> = None;
-        for (term, own) in linear.terms.iter().enumerate() {
-            if !selection.terms[term].may_enter || !is_unseen(own, selection, term) {
-                continue;
-            }
-            // What would enter may have a value for each angle: then it may, too.
-            let is_wider = otherwise
-                .is_some_and(|one| linear.terms[one.term].columns.len() > own.columns.len());
-            let was_tried = |known: &(String, bool)| known.0 == own.name && (known.1 || !is_wider);
-            if self.absorbed.iter().any(was_tried) {
-                continue;
-            }
-            let square = squared_length(own, selection);
-            if !square.is_finite() || square <= 0.0 {
-                continue;
-            }
-            let plain = &linear.candidates[own.candidate].selected;
+        // What would enter may have a value for each angle: then these may, too.
+        let is_wider = |own: &Term| {
+            otherwise.is_some_and(|one| linear.terms[one.term].columns.len() > own.columns.len())
+        };
+        let is_tried = |(term, own): &(usize, &Term)| {
+            let is_known =
+                |known: &(String, bool)| known.0 == own.name && (known.1 || !is_wider(own));
+            selection.terms[*term].may_enter
+                && is_unseen(own, selection, *term)
+                && !self.absorbed.iter().any(is_known)
+                && (f64::MIN_POSITIVE..f64::INFINITY).contains(&squared_length(own, selection))
+        };
+        let tried: Vec<(usize, &Term)> = linear.terms.iter().enumerate().filter(is_tried).collect();
+        let forms = |(term, own): &(usize, &Term)| -> Vec<(usize, Option<Variant>)> {
             let wider = own.variants.iter().copied().filter(|form| {
-                is_wider && own.variant.is_none() && !self.is_refused(&own.name, *form)
+                is_wider(own) && own.variant.is_none() && !self.is_refused(&own.name, *form)
             });
-            let mut is_worth = false;
-            for form in std::iter::once(own.variant).chain(wider.map(Some)) {
-                let Some(with) = self.fit_from_usual_values(&self.fitted, plain, form, 0.0)? else {
-                    continue;
-                };
-                let degrees = columns_of(&with, &own.name).len();
-                // What a campaign states of scopes may undo the form.
-                if form != own.variant && degrees <= own.columns.len() {
-                    continue;
-                }
-                let drop = self.fitted.fit.cost - with.fit.cost;
-                let gain = Gain { gain: scaled * drop, degrees };
-                let of_form = if form == own.variant { 0.0 } else { RELAXED };
-                let ln_bayes = selection.ln_bayes_factor(term, gain) - of_form;
-                if ln_bayes < ENTER {
-                    continue;
-                }
-                is_worth = true;
-                let size = linear.ln_size_prior(&with, term);
-                // As what would enter otherwise is priced; what is better by so much is so in units of
-                // the noise that was found.
-                let price = gain.gain - 2.0 * ln_bayes;
-                let cost = with.fit.cost + price - 2.0 * size;
-                let least = otherwise.map_or(self.fitted.fit.cost, |one| one.cost);
-                let least = best.as_ref().map_or(least - 2.0 * ENTER / scaled, |best| best.cost);
-                if cost < least && linear.is_plausible(&with, term) {
-                    best = Some(Refitted { cost, term, form, ln_bayes, fitted: with });
-                }
+            std::iter::once(own.variant).chain(wider.map(Some)).map(|form| (*term, form)).collect()
+        };
+        let forms: Vec<(usize, Option<Variant>)> = tried.iter().flat_map(forms).collect();
+        let refit = |(term, form): &(usize, Option<Variant>)| {
+            let plain = &linear.candidates[linear.terms[*term].candidate].selected;
+            self.fit_from_usual_values(&self.fitted, plain, *form, 0.0)
+        };
+        let refitted: Result<Vec<_>, _> = forms.par_iter().map(refit).collect();
+        let mut best: Option<Refitted> = None;
+        let mut worth: BTreeSet<usize> = BTreeSet::new();
+        for ((term, form), with) in forms.into_iter().zip(refitted?) {
+            let (Some(with), own) = (with, &linear.terms[term]) else { continue };
+            let degrees = columns_of(&with, &own.name).len();
+            // What a campaign states of scopes may undo the form.
+            if form != own.variant && degrees <= own.columns.len() {
+                continue;
             }
-            if !is_worth {
-                self.absorbed.push((own.name.clone(), is_wider));
+            let drop = self.fitted.fit.cost - with.fit.cost;
+            let gain = Gain { gain: scaled * drop, degrees };
+            let of_form = if form == own.variant { 0.0 } else { RELAXED };
+            let ln_bayes = selection.ln_bayes_factor(term, gain) - of_form;
+            if ln_bayes < ENTER {
+                continue;
+            }
+            worth.insert(term);
+            let size = linear.ln_size_prior(&with, term);
+            // As what would enter otherwise is priced; what is better by so much is so in units of
+            // the noise that was found.
+            let price = gain.gain - 2.0 * ln_bayes;
+            let cost = with.fit.cost + price - 2.0 * size;
+            let least = otherwise.map_or(self.fitted.fit.cost, |one| one.cost);
+            let least = best.as_ref().map_or(least - 2.0 * ENTER / scaled, |best| best.cost);
+            if cost < least && linear.is_plausible(&with, term) {
+                best = Some(Refitted { cost, term, form, ln_bayes, fitted: with });
             }
         }
+        let worthless = tried.into_iter().filter(|(term, _)| !worth.contains(term));
+        let worthless = worthless.map(|(_, own)| (own.name.clone(), is_wider(own)));
+        self.absorbed.extend(worthless);
         Ok(best)
     }
 

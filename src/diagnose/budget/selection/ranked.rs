@@ -6,7 +6,7 @@ use nalgebra::linalg::Cholesky;
 use rayon::prelude::*;
 
 use super::Selection;
-use super::normal::{gain_beyond_streams, ln_bayes_factor_of_sizes};
+use super::normal::{Factored, gain_beyond_streams, ln_bayes_factor_of_sizes};
 use crate::diagnose::budget::terms::without;
 use crate::diagnose::price::{Gain, price};
 
@@ -45,7 +45,10 @@ impl Selection<'_> {
     /// What each term of a model contributes beyond the others: with `C` the covariance of its values
     /// `v` beside these, `S = C⁻¹` and `g = S v`.
     pub fn contributions(&self, model: &[usize]) -> Vec<Gain> {
-        let factored = self.factored(model);
+        self.contributions_in(model, &self.factored(model))
+    }
+
+    fn contributions_in(&self, model: &[usize], factored: &Factored) -> Vec<Gain> {
         let (values, covariance) = factored.solved();
         let streams = factored.values_of_streams();
         let gain = |(term, range): (&usize, Range<usize>)| {
@@ -89,20 +92,21 @@ impl Selection<'_> {
 
     /// Log evidence of a model but for a constant: comparable between models under the same noise.
     pub fn ln_evidence(&self, model: &[usize]) -> f64 {
-        -0.5 * self.chi_squared(model) - self.ln_price_of(model)
-    }
-
-    /// What the terms of a model cost together.
-    fn ln_price_of(&self, model: &[usize]) -> f64 {
-        self.prices(model).iter().sum()
+        let factored = self.factored(model);
+        let chi_squared = self.residual_square() - factored.half.norm_squared();
+        -0.5 * chi_squared - self.prices_in(model, &factored).sum::<f64>()
     }
 
     /// What each term of a model costs.
     pub fn prices(&self, model: &[usize]) -> Vec<f64> {
-        let prices = model.iter().zip(self.contributions(model)).map(|(term, gain)| {
+        self.prices_in(model, &self.factored(model)).collect()
+    }
+
+    fn prices_in(&self, model: &[usize], factored: &Factored) -> impl Iterator<Item = f64> {
+        let gains = self.contributions_in(model, factored).into_iter();
+        model.iter().zip(gains).map(|(term, gain)| {
             let own = &self.terms[*term];
             price(gain, own.members, self.candidates(*term)) - own.ln_prior
-        });
-        prices.collect()
+        })
     }
 }

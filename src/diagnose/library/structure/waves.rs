@@ -7,6 +7,8 @@
 //! one, what swings otherwise than in torsion is taken for noise, and what swings slowly for noise
 //! with a memory or a walk.
 
+use std::f64::consts::TAU;
+
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::{Dimension, Unit};
@@ -24,6 +26,13 @@ const FINEST_OF_TEETH: usize = 400;
 const ANY: (&str, &str) = ("0.02", "12");
 /// Turns that an angle goes through at least for such waves.
 const MANY_TURNS: f64 = 3.0;
+/// Waves a metre over a length of some metres; others over one that is at least `LONG` or below `SHORT` (m):
+/// so many over the whole of it.
+const WAVES_A_METRE: (f64, f64) = (0.2, 200.0);
+const LONG: f64 = 10.0;
+const SHORT: f64 = 0.1;
+const FEWEST: f64 = 1.5;
+const MOST_WAVES: f64 = 1000.0;
 /// Angles, or lengths, over which waves of readings are looked for, at most.
 const MOST_OVER: usize = 4;
 /// What is unknown of waves a turn, and what a member is. No model names its quantities so.
@@ -70,10 +79,14 @@ pub(super) fn over_circle(angle: &str, orders: usize) -> Covariate {
 }
 
 fn over_length(length: &str) -> Covariate {
+    waves_a_metre("fine", length, WAVES_A_METRE)
+}
+
+fn waves_a_metre(how: &str, length: &str, (from, to): (f64, f64)) -> Covariate {
     let number = "unknown_waves";
-    let line = range(number, "1/m", ("0.2 1/m", "200 1/m"));
+    let line = range(number, "1/m", (&format!("{from} 1/m"), &format!("{to} 1/m")));
     let terms = wave(&format!("2 * pi * {number} * {length}"));
-    family(("fine", length), "{member} waves a metre", line, terms)
+    family((how, length), "{member} waves a metre", line, terms)
 }
 
 fn is_length(input: &InputDeclaration) -> bool {
@@ -123,9 +136,10 @@ pub(super) fn over_inputs(model: &Model) -> Vec<Covariate> {
 /// begins in a turn that is not known: its waves have phases of their own.
 pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
     let turns = |input: &&InputDeclaration| {
-        let is_own = |one: &Spread| one.input == input.name && one.turns >= MANY_TURNS;
+        let is_own = |one: &Spread| one.input == input.name && one.span >= MANY_TURNS * TAU;
         // Only of a signal the turns are counted on where it is read modulo one.
-        (input.signal || input.period.is_none()) && spreads.iter().any(is_own)
+        let is_counted = input.signal || input.period.is_none();
+        input.unit.is_angle() && is_counted && spreads.iter().any(is_own)
     };
     let over = |input: &InputDeclaration| {
         let terms = wave(&format!("{ORDER} * {}", input.name));
@@ -134,6 +148,26 @@ pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> 
     };
     let angles: Vec<Covariate> = model.inputs.iter().filter(turns).map(over).collect();
     if directions(model).is_empty() && angles.len() <= MOST_OVER { angles } else { Vec::new() }
+}
+
+/// Waves of a reading over inputs that go over a long way, or over a short one: those of a rail that bends,
+/// or of the graduation of a scale.
+pub(super) fn of_any_length(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
+    let (from, to) = WAVES_A_METRE;
+    let over = |input: &InputDeclaration| {
+        let span = spreads.iter().find(|one| one.input == input.name)?.span;
+        if span >= LONG {
+            return Some(waves_a_metre("long", &input.name, (FEWEST / span, from)));
+        }
+        (span < SHORT).then(|| waves_a_metre("finest", &input.name, (to, MOST_WAVES / span)))
+    };
+    let lengths: Vec<&InputDeclaration> =
+        model.inputs.iter().filter(|one| is_length(one)).collect();
+    if directions(model).is_empty() && lengths.len() <= MOST_OVER {
+        lengths.into_iter().filter_map(over).collect()
+    } else {
+        Vec::new()
+    }
 }
 
 /// Waves of a reading over itself, each by itself: over a shaft that is counted on over turns, and over
