@@ -137,3 +137,29 @@ fn a_filter_is_found_where_it_alone_is_asked_for() {
     let (estimate, u) = (value.value.unwrap(), value.sigma.unwrap());
     assert!((estimate - 0.025).abs() < 4.0 * u && u < 2.5e-4, "{estimate} {u}");
 }
+
+/// An error of the angle once a turn is no filter, however much of it the second-order part of one would
+/// take up.
+#[test]
+fn an_error_over_the_angle_is_not_taken_for_a_filter() {
+    for (amplitude, phase, seed) in [(1e-3, 2.0, 2), (1e-3, 2.0, 7), (1.2e-3, 1.9, 8)] {
+        let folder = tempfile::tempdir().unwrap();
+        let read = |t: f64| command(t)[0] + amplitude * (command(t)[0] + phase).cos();
+        let found = diagnosed(folder.path(), &[&read], seed);
+        assert_eq!(names(&found), [""; 0], "{phase} {seed}: {}", told(&found));
+        assert_eq!(found.verdict, Verdict::Unknown, "{phase} {seed}: {}", told(&found));
+    }
+}
+
+/// What two parts of a remainder have in common is a part of the gap once.
+#[test]
+fn parts_of_a_remainder_that_overlap_are_the_whole_gap() {
+    for (amplitude, phase, seed) in [(2e-3, 0.4, 1), (2e-3, 1.2, 4), (4e-3, -0.6, 5)] {
+        let folder = tempfile::tempdir().unwrap();
+        let read = |t: f64| command(t)[0] + amplitude * (command(t)[0] + phase).cos();
+        let found = diagnosed(folder.path(), &[&read], seed);
+        assert!(found.remainder.len() > 1, "{phase}: {}", told(&found));
+        let shares: f64 = found.remainder.iter().map(|one| one.share).sum();
+        assert!((0.99..=1.001).contains(&shares), "{phase} {shares}: {}", told(&found));
+    }
+}

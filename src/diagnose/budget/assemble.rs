@@ -70,6 +70,7 @@ impl Diagnosis {
             .collect();
         let rest: Vec<usize> = (0..judged.model.len()).filter(|at| !stands.contains(at)).collect();
         let gains = selection.contributions(&judged.model);
+        let parts = budget.parts(&rest);
         // What a block was reduced by may be in the remainder all the same.
         let whole: Vec<usize> = judged.model.iter().map(|term| selection.whole(*term)).collect();
         let solved = Solved::of(&selection, &judged.model, &rest, &gains);
@@ -104,7 +105,7 @@ impl Diagnosis {
             };
             let steps = Steps::of(&rows_alone, &selected, options)?;
             let degrees = stands.iter().map(|at| gains[*at].degrees).sum();
-            let leftover: f64 = rest.iter().map(|at| gains[*at].excess()).sum();
+            let leftover: f64 = parts.iter().sum();
             let drops = rows_folded.drops(&selection, &pieces);
             let gap = gap(&steps, &drops, degrees, leftover);
             let all = (gap.held_out_drop.max(0.0) + leftover).max(f64::MIN_POSITIVE);
@@ -112,14 +113,16 @@ impl Diagnosis {
             let members = member_uncertainties(&with_rows, &selected, options)?;
             let Fitted { problem, fit, .. } = with_rows.clone();
             let explained = finish(problem, fit, Vec::new(), Vec::new())?;
-            let parts = (whole.as_slice(), rest.as_slice(), gains.as_slice());
-            let confounded = confounded(&linear, &selection, &mut of_rows, parts, &stands);
+            let of_rest = (whole.as_slice(), rest.as_slice(), gains.as_slice());
+            let confounded = confounded(&linear, &selection, &mut of_rows, of_rest, &stands);
             for (at, confounded) in stands.iter().zip(confounded) {
                 let term = judged.model[*at];
                 let name = &linear.terms[term].name;
-                // Beside the other rows: what the remainder could take over from it is the row's.
+                // Beside the other rows: what the remainder could take over from it is the row's. Beside
+                // the remainder, too, where that hides it.
                 let row = in_fit.iter().position(|own| *own == term);
-                let drop = row.map_or(0.0, |row| rows_folded.squares_drop(row));
+                let beside_rows = row.map_or(0.0, |row| rows_folded.squares_drop(row));
+                let drop = beside_rows.max(folded.squares_drop(*at));
                 let closes = (drop.max(0.0) / all).min(1.0);
                 let mut values = of_rows.values(&linear, name, *at, &explained);
                 let own = || members.iter().filter(|one| one.effect == *name);
@@ -143,7 +146,7 @@ impl Diagnosis {
         }
         let last = self.explained.as_ref().unwrap_or(&self.nominal);
         self.beyond_range = beyond_range(&last.problem, &last.estimates());
-        self.remainder = budget.remainder(&rest, &gains, &solved);
+        self.remainder = budget.remainder((&rest, &parts), &gains, &solved);
         self.remainder.extend(budget.of_inputs());
         // Beside rows, a row may absorb in the fit what a stated value in the remainder does.
         if self.contradicted.is_empty() {

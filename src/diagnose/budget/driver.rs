@@ -26,6 +26,7 @@ use super::selection::Selection;
 use super::still::still_readings;
 use super::terms::Change;
 
+mod curved_rows;
 mod fitted_changes;
 mod forward;
 mod jitter;
@@ -88,8 +89,7 @@ struct Search<'a> {
     seen: Vec<Vec<String>>,
     with_members: Vec<Vec<String>>,
     left_out: LeftOut,
-    /// Bursts and spikes: as they are seen from the nominal fit, as they were seen last, and whether
-    /// they were judged beside rows.
+    /// Bursts and spikes seen from the nominal fit, seen last; whether they were judged beside rows.
     first_spikes: Spikes,
     spikes: Spikes,
     has_judged_spikes: bool,
@@ -101,8 +101,7 @@ struct Search<'a> {
     noise: Vec<NoiseEffect>,
     /// Effects that show in no reading beside the nominal model; `None` before it is linearised.
     unseen: Option<Unseen>,
-    /// Best members of families: of blocks, as they were found beside the first rows; of effects, as
-    /// they were found last.
+    /// Best members of families: of blocks beside the first rows, of effects as they were found last.
     scanned: Families,
     /// Change points of the last model with their blocks: the next one begins with them.
     changes: Vec<(String, Change)>,
@@ -148,6 +147,7 @@ impl Search<'_> {
             let Some(competed) = search.compete()? else { return Ok(None) };
             if round < ROUNDS
                 && (search.take_implausible(&competed)?
+                    || search.take_out_curved(&competed)?
                     || search.take_beyond_linear(&competed)?
                     || search.take_noise(&competed)?
                     || search.take_rows(&competed)?

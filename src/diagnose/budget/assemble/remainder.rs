@@ -14,10 +14,29 @@ use super::Budget;
 use crate::diagnose::budget::terms::without;
 
 impl Budget<'_> {
-    /// The parts of the remainder.
+    /// What each term of the remainder takes off chi squared beyond chance, one after the other beside the
+    /// rest of the model, the one that does most first: what two of them have in common is of the first.
+    pub(super) fn parts(&self, rest: &[usize]) -> Vec<f64> {
+        let Self { selection, model, .. } = self;
+        let of_rest = |at: &usize| rest.contains(at);
+        let others = (0..model.len()).filter(|at| !of_rest(at)).map(|at| model[at]);
+        let mut beside: Vec<usize> = others.collect();
+        let alone = rest.iter().map(|at| selection.gain(&beside, model[*at]).excess());
+        let mut order: Vec<(usize, f64)> = alone.enumerate().collect();
+        order.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut parts = vec![0.0; rest.len()];
+        for (number, _) in order {
+            let term = model[rest[number]];
+            parts[number] = selection.gain(&beside, term).excess();
+            beside.push(term);
+        }
+        parts
+    }
+
+    /// The parts of the remainder, terms and what each of them takes off.
     pub(super) fn remainder(
         &self,
-        rest: &[usize],
+        (rest, parts): (&[usize], &[f64]),
         gains: &[Gain],
         solved: &Solved,
     ) -> Vec<Remainder> {
@@ -25,7 +44,8 @@ impl Budget<'_> {
         let total = self.total.max(f64::MIN_POSITIVE);
         let mut found: Vec<Remainder> = rest
             .iter()
-            .map(|at| {
+            .zip(parts)
+            .map(|(at, part)| {
                 let term = &linear.terms[self.model[*at]];
                 let own: Vec<f64> = solved.of_term(*at).to_vec();
                 let place = term.place.clone().unwrap_or_else(|| Place::like(&term.name));
@@ -50,7 +70,7 @@ impl Budget<'_> {
                 };
                 Remainder {
                     gain: gains[*at],
-                    share: (gains[*at].excess() / total).min(1.0),
+                    share: (part / total).min(1.0),
                     rms,
                     amplitude,
                     change: self.change(term, solved, *at),
@@ -59,7 +79,7 @@ impl Budget<'_> {
                 }
             })
             .collect();
-        found.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
+        found.sort_by(|a, b| b.share.total_cmp(&a.share));
         found
     }
 

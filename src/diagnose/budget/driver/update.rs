@@ -162,7 +162,7 @@ impl Search<'_> {
     }
 
     /// The fit without some of the rows that are in it. The library's form of each may come back.
-    fn without_rows(
+    pub(super) fn without_rows(
         &mut self,
         leave: &[usize],
         linear: &Linear,
