@@ -81,3 +81,63 @@ fn a_wave_that_grows_with_a_tilt_is_over_both_together() {
     let words = "an error of `shown` over heading and roll together";
     is_partly(&found, &[("liquid_turns", 0.6)], words);
 }
+
+/// A rotary table that tilts, with an error of its places that grows with the tilt; without it where the
+/// error is zero. Both turn: the tilt goes through 150 degrees.
+fn tilting_table(error: f64, seed: u64) -> Diagnosis {
+    let model = "name = \"table\"\ntitle = \"Tilting table\"\n\
+        [inputs]\na = { unit = \"rad\" }\nc = { unit = \"rad\", period = \"360 deg\" }\n\
+        [parameters]\nzero = { unit = \"m\", scope = \"rig\" }\n\
+        [measurands]\ndy = { value = 'zero', unit = \"m\" }\n";
+    let mut random = Stream(seed);
+    let mut log = "a [rad],c [rad],dy [m]\n".to_owned();
+    for row in 0..7 * 24 {
+        let a = (25.0 * f64::from(row % 7) - 75.0).to_radians();
+        let c = (15.0 * f64::from(row / 7)).to_radians();
+        let dy = 5e-6 + error * a.sin() * (2.0 * c + 0.4).cos() + 1e-6 * random.normal();
+        writeln!(log, "{a:.6},{c:.6},{dy:e}").unwrap();
+    }
+    let measurands = "dy = { sigma = \"1 um\" }";
+    Campaign { model, effects: &[], measurands, log }.diagnosed()
+}
+
+#[test]
+fn a_wave_that_grows_with_a_wide_tilt_is_over_both_together() {
+    for (error, seed) in [(3e-6, 111), (1.5e-6, 112)] {
+        let found = tilting_table(error, seed);
+        let words: Vec<&str> = found.remainder.iter().map(|one| one.place.words.as_str()).collect();
+        assert_eq!(words, ["an error of `dy` over a and c together"], "{}", told(&found));
+    }
+}
+
+#[test]
+fn two_angles_without_an_error_are_adequate() {
+    for seed in 121..131 {
+        let found = tilting_table(0.0, seed);
+        assert_eq!(found.verdict, Verdict::Adequate, "{}", told(&found));
+    }
+}
+
+/// A pan-tilt head that moves: its error is no noise that remembers.
+#[test]
+fn an_error_over_pan_and_tilt_is_no_autocorrelated_noise() {
+    let model = "name = \"head\"\ntitle = \"Pan-tilt head\"\n\
+        [inputs]\npan = { unit = \"rad\", signal = true }\ntilt = { unit = \"rad\", signal = true }\n\
+        [parameters]\nzero = { unit = \"rad\", scope = \"rig\" }\n\
+        [measurands]\nseen = { value = 'pan + zero', unit = \"rad\" }\n";
+    let mut random = Stream(113);
+    let mut log = "time [s],pan [rad],tilt [rad],seen [rad]\n".to_owned();
+    for row in 0..1200 {
+        let time = 0.1 * f64::from(row);
+        let pan = 2.2 * (TAU * time / 23.0).sin() + 0.7 * (TAU * time / 9.3 + 1.0).sin();
+        let tilt = 0.8 * (TAU * time / 31.0).sin() + 0.3 * (TAU * time / 12.0 + 2.0).sin();
+        let error = 2e-4 * tilt.sin() * (2.0 * pan + 0.4).cos();
+        let seen = pan + 0.01 + error + 1e-4 * random.normal();
+        writeln!(log, "{time:.1},{pan:.7},{tilt:.7},{seen:.8}").unwrap();
+    }
+    let measurands = "seen = { sigma = \"100 urad\" }";
+    let found = Campaign { model, effects: &[], measurands, log }.diagnosed();
+    let words = "an error of `seen` over pan and tilt together";
+    assert_eq!(found.remainder[0].place.words, words, "{}", told(&found));
+    assert!(found.autocorrelation.is_empty(), "{}", told(&found));
+}

@@ -3,7 +3,7 @@
 
 use indexmap::IndexMap;
 
-use crate::diagnose::library::structure::Spread;
+use crate::diagnose::library::structure::spread::Spread;
 use crate::diagnose::library::variant::Variant;
 use crate::engine::Problem;
 use crate::graph::names::Input;
@@ -132,7 +132,7 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
             all.sort_by(f64::total_cmp);
             let span = all.last()? - all.first()?;
             if is_angle && span > PERIODIC {
-                return Some(Spread { input: name, knots: Vec::new(), span });
+                return Some(Spread::of_angle(name, &all, span));
             }
             let mut places = all.clone();
             places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
@@ -144,7 +144,7 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
                 places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
             }
             let inner = places.len().checked_sub(1)?;
-            (inner > 1).then(|| Spread { input: name, knots: places[1..inner].to_vec(), span })
+            (inner > 1).then(|| Spread::of_knots(name, places[1..inner].to_vec(), span))
         })
         .collect()
 }

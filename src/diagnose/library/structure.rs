@@ -26,11 +26,13 @@ use super::place::{ALL_READINGS, Of, TIME_OF};
 use made::{Block, blocks_over};
 use parameters::of_parameters;
 use readings::{attitudes, errors, of_inputs, readings};
+use spread::Spread;
 
 mod covariate;
 mod made;
 mod parameters;
 mod readings;
+pub(in crate::diagnose) mod spread;
 mod together;
 mod waves;
 
@@ -89,17 +91,6 @@ pub(in crate::diagnose) fn over_values(recipes: &[Recipe], spreads: &[Spread]) -
         all.extend(plain(model).flat_map(|one| errors(one, &of_readings)));
         all
     })
-}
-
-/// How the values of an input that varies are spread.
-#[derive(Clone, Debug)]
-pub(in crate::diagnose) struct Spread {
-    /// Its name.
-    pub(in crate::diagnose) input: String,
-    /// The places (SI) at which a line over it bends: none of what turns.
-    pub(in crate::diagnose) knots: Vec<f64>,
-    /// Difference between the largest and the least value (SI).
-    pub(in crate::diagnose) span: f64,
 }
 
 fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Candidate> {
@@ -270,7 +261,7 @@ mod tests {
         let text = format!("name = \"axis\"\ntitle = \"Axis\"\n{inputs}{read}");
         let model = Model::parse(Source::new("axis.toml", text)).unwrap();
         let waves = |span: f64| -> Vec<String> {
-            let spread = Spread { input: "place".to_owned(), knots: Vec::new(), span };
+            let spread = Spread::of_knots("place".to_owned(), Vec::new(), span);
             waves::of_any_length(&model, &[spread]).into_iter().map(|one| one.family).collect()
         };
         assert!(waves(60.0).concat().contains("from = \"0.025 1/m\", to = \"0.2 1/m\""));

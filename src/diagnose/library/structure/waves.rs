@@ -15,7 +15,8 @@ use crate::units::{Dimension, Unit};
 
 use super::covariate::{AXES, Covariate, FEW, RUN_TIME, Term, few_move, sense_of, wave};
 use super::made::{Block, made};
-use super::{ORDERS, Spread, directions, orders};
+use super::spread::Spread;
+use super::{ORDERS, directions, orders};
 use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place, TIME};
 
 /// The finest waves that are looked for, in waves a turn: those of an encoder or a motor, and those of
