@@ -164,7 +164,11 @@ impl Place {
         if digits > 0 {
             text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
         }
-        Self { words: self.words.replace("{member}", &text), ..self.clone() }
+        let words = match text.as_str() {
+            "1" => self.words.replace("{member} waves", "{member} wave"),
+            _ => self.words.clone(),
+        };
+        Self { words: words.replace("{member}", &text), ..self.clone() }
     }
 }
 
@@ -192,6 +196,15 @@ mod tests {
         let constant = "a constant radial displacement of the target";
         assert_eq!(words(SETUP, displacement), constant);
         assert_eq!(words(RUN, "an error of `x` over run"), "an error of `x` over run");
+    }
+
+    #[test]
+    fn a_member_has_its_number() {
+        let of = Of::Measurand("x".to_owned());
+        let place = Place::new(of, "c", "over c, {member} waves a turn".to_owned());
+        assert_eq!(place.at(2.0).words, "over c, 2 waves a turn");
+        assert_eq!(place.at(1.0).words, "over c, 1 wave a turn");
+        assert_eq!(place.at(0.5).words, "over c, 0.5 waves a turn");
     }
 
     #[test]

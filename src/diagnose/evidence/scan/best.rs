@@ -3,6 +3,7 @@
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::Candidate;
+use crate::diagnose::thresholds::TIE;
 use crate::effect::Members;
 
 use super::grid::{NEIGHBOURS, Tried};
@@ -37,11 +38,23 @@ pub(super) fn best_member(fitted: &Fitted, family: &Candidate) -> Option<(f64, u
 /// Share of a gain by which members differ that the readings do not tell apart.
 const SAME: f64 = 1e-6;
 
+/// Share of the gain of the best member by which another that is nearly as good is worse at most.
+const NEARLY: f64 = 0.2;
+
 /// Whether a member, by its place and gain, is better than another. Of those that the readings do not
 /// tell apart, as waves through few angles, the first is.
 fn is_better(one: (usize, f64), other: (usize, f64)) -> bool {
     let near = SAME * other.1.abs();
     if (one.1 - other.1).abs() <= near { one.0 < other.0 } else { one.1 > other.1 }
+}
+
+/// The first of members by their places and gains that is as good as the best one but for a tie of log
+/// Bayes factors, with noise of this variance. Where that holds other structure, a share of the gain is the
+/// limit: of a wave of another order there is less.
+fn first_within(gains: &[(usize, f64)], best: (usize, f64), noise: f64) -> usize {
+    let near = (2.0 * TIE * noise).min(NEARLY * best.1);
+    let as_good = gains.iter().filter(|(_, gain)| best.1 - gain <= near);
+    as_good.map(|(place, _)| *place).fold(best.0, usize::min)
 }
 
 impl Scan<'_> {
@@ -64,17 +77,25 @@ impl Scan<'_> {
 
     /// The best member of a grid, polished where it is one of a range, and its gain in the grid.
     fn best_of(&self, grid: &[f64]) -> Option<(f64, f64)> {
-        let gains = self.gains_of(grid).into_iter();
-        let (best, gain) =
-            gains.reduce(|best, other| if is_better(other, best) { other } else { best })?;
+        let gains = self.gains_of(grid);
+        let better = |best, other| if is_better(other, best) { other } else { best };
+        let (best, gain) = gains.iter().copied().reduce(better)?;
         let value = match self.members {
-            Members::List(_) => grid[best],
+            Members::List(_) => grid[self.first_as_good(&gains, (best, gain))],
             Members::Range { .. } => {
                 let (low, high) = neighbours(grid, best);
                 self.polished(low, high, (grid[best], gain))
             }
         };
         Some((value, gain))
+    }
+
+    /// The first member of a list that is nearly as good as the best one, by the noise that this leaves. Of
+    /// places that are nearly even the noise decides which of several waves fits best.
+    fn first_as_good(&self, gains: &[(usize, f64)], best: (usize, f64)) -> usize {
+        let fit = &self.fitted.fit;
+        let noise = self.fitted.variance_factor() * (1.0 - best.1 / fit.cost).max(0.0);
+        first_within(gains, best, noise)
     }
 
     /// The best member of a range of which a grid that misses none has too many: where values hold
@@ -131,4 +152,20 @@ impl Scan<'_> {
 /// The members before and after one of a grid.
 fn neighbours(grid: &[f64], at: usize) -> (f64, f64) {
     (grid[at.saturating_sub(1)], grid[(at + 1).min(grid.len() - 1)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An order and its alias at places that are nearly even; a wave of another order is no alias, however
+    /// noisy other readings are.
+    #[test]
+    fn of_members_that_are_nearly_as_good_the_first_is_taken() {
+        let gains = [(0, 12.0), (1, 97.0), (2, 3.0), (21, 100.0), (40, 99.0)];
+        assert_eq!(first_within(&gains, (21, 100.0), 1.0), 1);
+        assert_eq!(first_within(&gains, (21, 100.0), 0.1), 21);
+        assert_eq!(first_within(&gains, (21, 100.0), 1e6), 1);
+        assert_eq!(first_within(&[(0, 60.0), (9, 100.0)], (9, 100.0), 1e6), 9);
+    }
 }

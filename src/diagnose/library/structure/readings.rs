@@ -2,9 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::covariate::{
-    CIRCLE_ORDERS, Covariate, FEW, of_itself, of_the_head, of_the_rig, scale_over_campaign,
-};
+use super::covariate::{Covariate, FEW, of_itself, of_the_head, of_the_rig, scale_over_campaign};
 use super::made::{Block, blocks_over};
 use super::{COARSE_ORDERS, orders, plain, waves};
 use crate::diagnose::library::place::Of;
@@ -29,7 +27,7 @@ pub(super) fn readings(model: &Model) -> Vec<Block> {
             covariates.push(scale_over_campaign(name, measurand.unit.dimension));
         }
         if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
-            covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
+            covariates.push(waves::over_circle(name));
         }
         errors(measurand, &covariates)
     };
@@ -88,7 +86,7 @@ pub(super) fn of_inputs(model: &Model) -> Vec<Block> {
         let name = &input.name;
         let (of, what) = (format!("input {name}"), format!("an error of the input `{name}`"));
         let mut covariates = vec![of_itself(input, INPUT_ORDERS)];
-        covariates.extend(input.unit.is_angle().then(|| waves::over_circle(name, INPUT_ORDERS)));
+        covariates.extend(input.unit.is_angle().then(|| waves::over_circle(name)));
         let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
         blocks_over(&Of::Channel(of), &what, &covariates, input.unit.dimension, patch)
     };

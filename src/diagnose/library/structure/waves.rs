@@ -1,5 +1,4 @@
-//! Unknown structure of a scale that nobody knows: waves over an angle that are finer than blocks
-//! have them, waves over a length, oscillations in time, swings over a setup, as a room's climate
+//! Unknown structure of a scale that nobody knows: waves of one order over an angle, waves over a length, oscillations in time, swings over a setup, as a room's climate
 //! makes them, and exponential settling after each run begins. Each is a family of blocks that is
 //! scanned like those of the library.
 //!
@@ -8,6 +7,7 @@
 //! with a memory or a walk.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
@@ -16,7 +16,7 @@ use crate::units::{Dimension, Unit};
 use super::covariate::{AXES, Covariate, FEW, RUN_TIME, Term, few_move, sense_of, wave};
 use super::made::{Block, made};
 use super::spread::Spread;
-use super::{ORDERS, directions, orders};
+use super::{ORDERS, directions};
 use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place, TIME};
 
 /// The finest waves that are looked for, in waves a turn: those of an encoder or a motor, and those of
@@ -66,17 +66,21 @@ fn orders_of(how: &str, angle: &str, orders: impl Iterator<Item = f64>) -> Covar
     family((how, angle), A_TURN, line, wave(&format!("{ORDER} * {angle}")))
 }
 
-fn finer(orders: usize) -> impl Iterator<Item = f64> {
-    (orders + 1..=FINEST).map(|order| order as f64)
+fn whole(orders: RangeInclusive<usize>) -> impl Iterator<Item = f64> {
+    orders.map(|order| order as f64)
 }
 
-fn halves() -> impl Iterator<Item = f64> {
-    (0..ORDERS.0).map(|order| order as f64 + 0.5)
+/// Orders over what moves, the most probable first: of those that the readings do not tell apart the first
+/// is named. At even places the waves of blocks are some of the finer ones, and over less than two turns
+/// one that comes once a turn is nearly one of half an order.
+fn whole_and_half() -> impl Iterator<Item = f64> {
+    let halves = (0..ORDERS.0).map(|order| order as f64 + 0.5);
+    whole(1..=ORDERS.0).chain(halves).chain(whole(ORDERS.0 + 1..=FINEST))
 }
 
-/// Waves over an angle, finer than so many a turn.
-pub(super) fn over_circle(angle: &str, orders: usize) -> Covariate {
-    orders_of("fine", angle, finer(orders))
+/// Waves over an angle, the long ones first: at even places each of them is some of the finer ones.
+pub(super) fn over_circle(angle: &str) -> Covariate {
+    orders_of("fine", angle, whole(1..=FINEST))
 }
 
 fn over_length(length: &str) -> Covariate {
@@ -94,9 +98,9 @@ fn is_length(input: &InputDeclaration) -> bool {
     input.unit.dimension == Dimension::LENGTH
 }
 
-/// Waves over what moves, where few things do: a robot's joints are too many. Over what turns they
-/// are finer than blocks have them or between theirs (a gear or a belt turns at another rate than
-/// what it drives), over a length they are those of a screw, of a rack or of the bend of a rail.
+/// Waves over what moves, where few things do: a robot's joints are too many. Over what turns each is
+/// one of those that blocks have together, finer, or between them (a gear or a belt turns at another rate
+/// than what it drives), over a length they are those of a screw, of a rack or of the bend of a rail.
 pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
     if !few_move(model) {
         return Vec::new();
@@ -106,7 +110,7 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
     let signals = model.inputs.iter().filter(|input| input.signal || are_few && is_length(input));
     let over = |input: &InputDeclaration| {
         if input.unit.is_angle() {
-            Some(orders_of("fine", &input.name, halves().chain(finer(ORDERS.0))))
+            Some(orders_of("fine", &input.name, whole_and_half()))
         } else {
             is_length(input).then(|| over_length(&input.name))
         }
@@ -115,8 +119,8 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
 }
 
 /// Waves of a reading over inputs where a model has no target that such waves could displace. Over
-/// lengths they are those of a screw, whether or not what is commanded is a signal; over angles, finer
-/// than blocks have them or between theirs, those of the poles of a motor, of a gear, of a worm.
+/// lengths they are those of a screw, whether or not what is commanded is a signal; over angles those of
+/// an eccentric disc, of the poles of a motor, of a gear, of a worm.
 pub(super) fn over_inputs(model: &Model) -> Vec<Covariate> {
     let few = |is_own: fn(&InputDeclaration) -> bool| {
         let own = model.inputs.iter().filter(|input| is_own(input)).map(|input| &input.name);
@@ -125,9 +129,8 @@ pub(super) fn over_inputs(model: &Model) -> Vec<Covariate> {
     };
     let lengths = few(is_length).into_iter().map(|length| over_length(length));
     let angles = few(|input| input.unit.is_angle()).into_iter().flat_map(|angle| {
-        let fine = halves().chain(finer(orders(model)));
-        let of_teeth = (FINEST + 1..=FINEST_OF_TEETH).map(|order| order as f64);
-        [orders_of("fine", angle, fine), orders_of("teeth of", angle, of_teeth)]
+        let of_teeth = whole(FINEST + 1..=FINEST_OF_TEETH);
+        [orders_of("fine", angle, whole_and_half()), orders_of("teeth of", angle, of_teeth)]
     });
     lengths.chain(angles).collect()
 }
@@ -177,7 +180,7 @@ pub(super) fn of_any_length(model: &Model, spreads: &[Spread]) -> Vec<Covariate>
 pub(super) fn over_itself(model: &Model, measurand: &MeasurandDeclaration) -> Option<Covariate> {
     let name = measurand.name.as_str();
     if measurand.kind == MeasurandKind::Plain && measurand.unit.is_angle() {
-        return Some(over_circle(name, 0));
+        return Some(over_circle(name));
     }
     let is_length = measurand.unit.dimension == Dimension::LENGTH;
     (is_length && directions(model).is_empty()).then(|| over_length(name))
