@@ -72,7 +72,8 @@ const ITERATIONS: [usize; 3] = [4, 30, 60];
 const GOOD: f64 = 4.0;
 /// A variance factor beyond which two conventions are tried together where neither helps by itself.
 const VERY_BAD: f64 = 100.0;
-/// How many times better a convention must fit: at all, and where it fits well then.
+/// How many times better a convention must fit: at all, and where it fits well then and no file
+/// states the unit that it doubts.
 const BETTER: [f64; 2] = [25.0, 4.0];
 /// Conventions that fit up to so many times worse than the best are listed with it.
 const ALIKE: f64 = 1.5;
@@ -278,7 +279,7 @@ fn set_right<'c>(
         pairs = if is_first { glanced.pairs() } else { Vec::new() };
         let Some(next) = next_of(&first, &stands, glanced) else { break };
         next.add_to(&mut found);
-        is_confirmed = next.typed.is_better(&as_read);
+        is_confirmed = next.typed.is_better_than_read(&as_read);
         (set, stands) = (next.sequence.clone(), next.looked);
     }
     if !is_confirmed {

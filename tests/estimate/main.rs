@@ -47,6 +47,7 @@ mod seed_uncertainty;
 mod setups;
 mod shared_statements;
 mod signs;
+mod small_readings;
 mod smoothed_streams;
 mod stated_sigmas;
 mod stationary;

@@ -28,6 +28,8 @@ pub(super) struct Channel {
     pub(super) unit: Unit,
     /// The units that files state of it; that of the model where they state none.
     pub(super) heads: Vec<Unit>,
+    /// Whether a file states one.
+    pub(super) is_headed: bool,
 }
 
 /// The logged numbers of a model, by what they make together.
@@ -45,13 +47,15 @@ impl Channels {
             let own: Vec<Unit> = own.map(|(_, head)| head.clone()).collect();
             if own.is_empty() { vec![unit.clone()] } else { own }
         };
+        let is_headed = |name: &str| heads.iter().any(|(of, _)| of == name);
         let (mut all, mut quaternions) = (Vec::new(), Vec::new());
         let mut column = 0;
         for measurand in &names.measurands {
             let mut read = |name: String| {
                 column += 1;
                 let (source, unit) = (Source::Reading(column - 1), measurand.unit.clone());
-                Channel { heads: heads_of(&name, &unit), name, source, unit }
+                let (heads, is_headed) = (heads_of(&name, &unit), is_headed(&name));
+                Channel { name, source, unit, heads, is_headed }
             };
             match measurand.kind {
                 MeasurandKind::Rotation => quaternions.push(
@@ -70,6 +74,7 @@ impl Channels {
             source: Source::Input(index),
             unit: input.unit.clone(),
             heads: heads_of(&input.name, &input.unit),
+            is_headed: is_headed(&input.name),
         }));
         let mut vectors: Vec<Vec<Channel>> = Vec::new();
         let together = |parts: &[Expression], into: &mut Vec<Vec<Channel>>| {

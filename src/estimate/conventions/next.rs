@@ -125,9 +125,9 @@ pub(super) fn next_of<'s, 'c>(
             smooth_as_stated(&mut problem, first);
             Some((Looked::at(problem, &quick.point, Some(sequence))?, sequence))
         })
-        .filter(|(looked, _)| {
+        .filter(|(looked, sequence)| {
             let scored = looked.score.as_stated.exp();
-            is_far_better(stands.variance_factor, scored, looked.variance_factor)
+            is_far_better(stands.variance_factor, scored, sequence.doubts_a_head())
         })
         .filter(|(looked, sequence)| !looked.is_another_factor(first, sequence))
         .map(|(looked, sequence)| {

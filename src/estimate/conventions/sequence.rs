@@ -100,17 +100,41 @@ impl<'c> Sequence<'c> {
 
     /// How well a fit of the changed problem does, with what all that was found last stretches.
     pub(super) fn score(&self, changed: &Problem, fit: &Tried) -> Score {
-        self.places().fold(Score::of(fit.variance_factor), |score, (_, one)| {
-            let stretched = one.stretched(changed, fit);
-            Score {
-                as_stated: score.as_stated + stretched.max(0.0),
-                relative: score.relative + stretched,
-            }
-        })
+        score(self.places().map(|(_, one)| one), changed, fit)
+    }
+
+    /// The same with what all of it stretches.
+    pub(super) fn score_of_all(&self, changed: &Problem, fit: &Tried) -> Score {
+        score(self.all.iter(), changed, fit)
+    }
+
+    /// Whether what was found last doubts a unit that a file states.
+    pub(super) fn doubts_a_head(&self) -> bool {
+        self.places().any(|(_, one)| one.doubts_a_head())
+    }
+
+    /// Whether any of it does.
+    pub(super) fn doubts_any_head(&self) -> bool {
+        self.all.iter().any(Suspect::doubts_a_head)
     }
 
     /// What each changed number is, as a formula of the columns as they were read.
     pub(super) fn formulas(&self) -> Vec<(String, Expression)> {
         self.all.iter().fold(Vec::new(), |before, one| one.formulas(before))
     }
+}
+
+/// How well a fit of a changed problem does, with what some of the changes stretch.
+fn score<'s, 'c: 's>(
+    all: impl Iterator<Item = &'s Suspect<'c>>,
+    changed: &Problem,
+    fit: &Tried,
+) -> Score {
+    all.fold(Score::of(fit.variance_factor), |score, one| {
+        let stretched = one.stretched(changed, fit);
+        Score {
+            as_stated: score.as_stated + stretched.max(0.0),
+            relative: score.relative + stretched,
+        }
+    })
 }

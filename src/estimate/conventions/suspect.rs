@@ -33,6 +33,13 @@ impl Suspect<'_> {
         self.shares_numbers(other) && scales(self) && scales(other)
     }
 
+    /// Whether it multiplies numbers of which a file states the unit.
+    pub(super) fn doubts_a_head(&self) -> bool {
+        let Self::Columns(one) = self else { return false };
+        scale(one.convention).is_some_and(|scale| scale.abs() != 1.0)
+            && one.channels.iter().any(|channel| channel.is_headed)
+    }
+
     /// The problem with it set right; `None` where that cannot be done.
     pub(super) fn applied(&self, problem: &Problem) -> Option<Problem> {
         match self {
