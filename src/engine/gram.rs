@@ -139,6 +139,19 @@ pub struct Normal {
     pub priors: Vec<PriorRow>,
 }
 
+impl Normal {
+    /// Puts zeros into columns of the readings: they say nothing of these unknowns.
+    pub fn silence(&mut self, is_silent: impl Fn(usize) -> bool) {
+        for (run, sums) in self.runs.iter_mut().enumerate() {
+            let touched = self.columns.touched_by(run);
+            for (at, _) in touched.iter().enumerate().filter(|(_, column)| is_silent(**column)) {
+                sums.gram.row_mut(at).fill(0.0);
+                sums.gram.column_mut(at).fill(0.0);
+            }
+        }
+    }
+}
+
 /// The bounds of a step, or of a value, that has none.
 pub const UNBOUNDED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 

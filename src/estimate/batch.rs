@@ -27,9 +27,11 @@ use crate::engine::gram::{LeastSquares, Normal};
 
 mod descent;
 mod ending;
+mod rounding;
 mod search;
 
 use ending::{Blind, Shrinking};
+use rounding::Rounding;
 use search::{ACCEPT, Search, ridge};
 
 /// Damping, relative to the columns, that keeps the stopping test regular where unknowns are not
@@ -160,6 +162,7 @@ pub fn fit<P: LeastSquares>(
     options: &Options,
 ) -> Result<Fit<P::Point>, FitError> {
     let mut search = Search::new(problem.columns().len(), options.damping);
+    let mut rounding = Rounding::new(problem.columns().len());
     let (mut blind, mut shrinking) = (Blind::default(), Shrinking::default());
     let (mut point, mut known) = (start, None);
     let (mut iterations, mut evaluations) = (0, 0);
@@ -181,11 +184,16 @@ pub fn fit<P: LeastSquares>(
             remaining: f64::INFINITY,
             outcome: Outcome::NotFinite,
         };
-        let arrow = Arrow::assemble(&here.normal)?;
+        let mut arrow = Arrow::assemble(&here.normal)?;
         let finite = |v: &DVector<f64>| v.iter().all(|x| x.is_finite());
         if !(here_cost.is_finite() && finite(arrow.gradient()) && finite(arrow.diagonal())) {
             return Ok(here);
         }
+        let linearised = (&mut here.normal, &arrow, here_cost);
+        if rounding.silence(problem, &here.point, linearised, &mut evaluations) {
+            arrow = Arrow::assemble(&here.normal)?;
+        }
+        here.evaluations = evaluations;
         let bounds = problem.step_bounds(&here.point);
         let way = undamped_length(&arrow, &bounds)?;
         let unit = noise(&here.normal, here_cost).max(options.noise_floor);

@@ -33,6 +33,7 @@ mod farthest;
 mod hostile_numbers;
 mod nested;
 mod nist;
+mod no_slope;
 mod noise_model;
 mod nothing_moves;
 mod observability;
