@@ -1,6 +1,6 @@
-//! Unknown structure of a scale that nobody knows: waves of one order over an angle, waves over a length, oscillations in time, swings over a setup, as a room's climate
-//! makes them, and exponential settling after each run begins. Each is a family of blocks that is
-//! scanned like those of the library.
+//! Unknown structure of a scale that nobody knows: waves of one order over an angle, waves over a
+//! length, oscillations in time, swings over a setup, as a room's climate makes them, and exponential
+//! settling after each run begins. Each is a family of blocks that is scanned like those of the library.
 //!
 //! Without them an encoder's error of order twelve is an oscillation at each rate, and is named as
 //! one, what swings otherwise than in torsion is taken for noise, and what swings slowly for noise
