@@ -119,10 +119,10 @@ impl Diagnosis {
                 let term = judged.model[*at];
                 let name = &linear.terms[term].name;
                 // Beside the other rows: what the remainder could take over from it is the row's. Beside
-                // the remainder, too, where that hides it.
+                // the remainder, too, where that hides all of it.
                 let row = in_fit.iter().position(|own| *own == term);
                 let beside_rows = row.map_or(0.0, |row| rows_folded.squares_drop(row));
-                let drop = beside_rows.max(folded.squares_drop(*at));
+                let drop = if beside_rows > 0.0 { beside_rows } else { folded.squares_drop(*at) };
                 let closes = (drop.max(0.0) / all).min(1.0);
                 let mut values = of_rows.values(&linear, name, *at, &explained);
                 let own = || members.iter().filter(|one| one.effect == *name);
