@@ -63,3 +63,54 @@ fn a_wave_over_a_long_way_has_its_length() {
         assert!(found.autocorrelation.is_empty(), "{seed}: {}", told(&found));
     }
 }
+
+const AXIS: &str = r#"
+name = "axis"
+title = "Place of a carriage"
+[inputs]
+sent = { unit = "m" }
+[parameters]
+gain = { unit = "1", scope = "rig", start = "1" }
+zero = { unit = "m", scope = "run" }
+[measurands]
+seen = { value = 'gain * sent + zero', unit = "m" }
+"#;
+
+/// An axis at stops that are as far apart as this (m), or nearly so, three times over in no order; with a
+/// wave of so many a metre. What is found, as a part of that.
+fn found_of(seed: u64, (spacing, off): (f64, f64), waves: f64) -> f64 {
+    let mut random = Stream(seed);
+    let mut log = "time [s],sent [m],seen [m]\n".to_owned();
+    for row in 0..303_i32 {
+        let sent = spacing * f64::from(row * row * row % 101) + off * random.normal();
+        let wave = 3e-6 * (std::f64::consts::TAU * waves * sent + 0.7).sin();
+        let seen = sent + wave + 1.2e-6 * random.normal();
+        log += &format!("{},{sent:.9},{seen:.9}\n", 2 * row);
+    }
+    let campaign = "title = \"Axis\"\nmodel = \"model.toml\"\n[measurands]\nseen = { sigma = \"1.2 um\" }\n[[runs]]\nname = \"a\"\ndata = \"a.csv\"\n";
+    let files = [("model.toml", AXIS), ("a.csv", &log), ("campaign.toml", campaign)];
+    let found = diagnosed(&files.map(|(name, text)| (name.to_owned(), text.to_owned())));
+    assert_eq!(found.verdict, Verdict::Unknown, "{seed}: {}", told(&found));
+    let words = &found.remainder[0].place.words;
+    let number = words.split(", ").nth(1).and_then(|one| one.split(" waves a metre").next());
+    let number = number.and_then(|one| one.parse::<f64>().ok());
+    number.unwrap_or_else(|| panic!("{seed}: {words}")) / waves
+}
+
+/// At stops of an even spacing a wave is a finer one, too: the longest is named.
+#[test]
+fn at_even_stops_the_longest_wave_is_named() {
+    for (seed, off, waves) in [(5, 0.0, 8.0), (6, 2e-5, 8.0), (7, 1e-4, 13.0), (8, 0.0, 33.0)] {
+        let part = found_of(seed, (0.01, off), waves);
+        assert!((part - 1.0).abs() < 0.01, "{seed}: {part}");
+    }
+}
+
+/// Over 60 m of a rail a wave may be 12.5 m long, over 0.1 mm of a scale 20 µm.
+#[test]
+fn long_ways_have_long_waves_and_short_ones_short_waves() {
+    for (seed, spacing, waves) in [(9, 0.6, 0.08), (10, 1e-6, 50_000.0)] {
+        let part = found_of(seed, (spacing, 0.2 * spacing), waves);
+        assert!((part - 1.0).abs() < 0.01, "{seed}: {part}");
+    }
+}

@@ -48,13 +48,30 @@ fn is_better(one: (usize, f64), other: (usize, f64)) -> bool {
     if (one.1 - other.1).abs() <= near { one.0 < other.0 } else { one.1 > other.1 }
 }
 
-/// The first of members by their places and gains that is as good as the best one but for a tie of log
-/// Bayes factors, with noise of this variance. Where that holds other structure, a share of the gain is the
-/// limit: of a wave of another order there is less.
+/// By how much less a member gains that is as good as the best one but for a tie of log Bayes factors,
+/// with noise of this variance. Where that holds other structure, a share of the gain is the limit: of a
+/// wave of another order there is less.
+fn nearly(gain: f64, noise: f64) -> f64 {
+    (2.0 * TIE * noise).min(NEARLY * gain)
+}
+
+/// The first of members by their places and gains that is nearly as good as the best one.
 fn first_within(gains: &[(usize, f64)], best: (usize, f64), noise: f64) -> usize {
-    let near = (2.0 * TIE * noise).min(NEARLY * best.1);
-    let as_good = gains.iter().filter(|(_, gain)| best.1 - gain <= near);
+    let as_good = gains.iter().filter(|(_, gain)| best.1 - gain <= nearly(best.1, noise));
     as_good.map(|(place, _)| *place).fold(best.0, usize::min)
+}
+
+/// The members of a grid, by their places in order, that gain more than those beside them.
+fn peaks(gains: &[(usize, f64)]) -> impl Iterator<Item = (usize, f64)> {
+    let mut all = gains.to_vec();
+    all.sort_by_key(|one| one.0);
+    let is_peak = |at: &usize| {
+        let (place, gain) = all[*at];
+        let beside = [at.checked_sub(1), Some(at + 1)].into_iter().flatten();
+        let beside = beside.filter_map(|other| all.get(other));
+        beside.filter(|one| one.0.abs_diff(place) == 1).all(|one| one.1 <= gain)
+    };
+    (0..all.len()).filter(is_peak).map(|at| all[at]).collect::<Vec<_>>().into_iter()
 }
 
 impl Scan<'_> {
@@ -75,27 +92,33 @@ impl Scan<'_> {
         gains.collect()
     }
 
-    /// The best member of a grid, polished where it is one of a range, and its gain in the grid.
+    /// The best member of a grid, polished where it is one of a range, and its gain.
     fn best_of(&self, grid: &[f64]) -> Option<(f64, f64)> {
         let gains = self.gains_of(grid);
         let better = |best, other| if is_better(other, best) { other } else { best };
-        let (best, gain) = gains.iter().copied().reduce(better)?;
-        let value = match self.members {
-            Members::List(_) => grid[self.first_as_good(&gains, (best, gain))],
-            Members::Range { .. } => {
-                let (low, high) = neighbours(grid, best);
-                self.polished(low, high, (grid[best], gain))
-            }
-        };
-        Some((value, gain))
+        let best = gains.iter().copied().reduce(better)?;
+        if matches!(self.members, Members::List(_)) {
+            return Some((grid[first_within(&gains, best, self.noise_beside(best.1))], best.1));
+        }
+        let polished =
+            |(at, gain): (usize, f64)| self.polished(neighbours(grid, at), (grid[at], gain));
+        let top = polished(best);
+        let near = nearly(top.1, self.noise_beside(top.1));
+        // The first of the peaks that are as good: at even places, or nearly so, fine waves are long ones.
+        let mut first = peaks(&gains).filter(|(at, gain)| {
+            self.is_over_motion && *at < best.0 && *gain >= NEIGHBOURS * top.1
+        });
+        Some(
+            first
+                .find_map(|one| Some(polished(one)).filter(|one| top.1 - one.1 <= near))
+                .unwrap_or(top),
+        )
     }
 
-    /// The first member of a list that is nearly as good as the best one, by the noise that this leaves. Of
-    /// places that are nearly even the noise decides which of several waves fits best.
-    fn first_as_good(&self, gains: &[(usize, f64)], best: (usize, f64)) -> usize {
-        let fit = &self.fitted.fit;
-        let noise = self.fitted.variance_factor() * (1.0 - best.1 / fit.cost).max(0.0);
-        first_within(gains, best, noise)
+    /// The variance of the noise that a gain leaves. Of places that are nearly even the noise decides which
+    /// of several waves fits best.
+    fn noise_beside(&self, gain: f64) -> f64 {
+        self.fitted.variance_factor() * (1.0 - gain / self.fitted.fit.cost).max(0.0)
     }
 
     /// The best member of a range of which a grid that misses none has too many: where values hold
@@ -125,8 +148,8 @@ impl Scan<'_> {
         if self.is_over_motion { self.best_of(&self.first_of(*from, *to)) } else { None }
     }
 
-    /// The best value between two members about the best one.
-    fn polished(&self, mut low: f64, mut high: f64, mut best: (f64, f64)) -> f64 {
+    /// The best value between two members about the best one, and its gain.
+    fn polished(&self, (mut low, mut high): (f64, f64), mut best: (f64, f64)) -> (f64, f64) {
         let neighbours = high - low;
         for _ in 0..POLISH {
             // The gain falls by the square of the distance, and to `NEIGHBOURS` at the next.
@@ -145,7 +168,7 @@ impl Scan<'_> {
             let above = between.iter().copied().filter(|value| *value > best.0);
             (low, high) = (below.fold(low, f64::max), above.fold(high, f64::min));
         }
-        best.0
+        best
     }
 }
 
@@ -167,5 +190,11 @@ mod tests {
         assert_eq!(first_within(&gains, (21, 100.0), 0.1), 21);
         assert_eq!(first_within(&gains, (21, 100.0), 1e6), 1);
         assert_eq!(first_within(&[(0, 60.0), (9, 100.0)], (9, 100.0), 1e6), 9);
+    }
+
+    #[test]
+    fn peaks_are_higher_than_what_stands_beside_them() {
+        let gains = [(7, 9.0), (2, 3.0), (3, 8.0), (4, 5.0), (12, 1.0), (6, 2.0)];
+        assert_eq!(peaks(&gains).collect::<Vec<_>>(), [(3, 8.0), (7, 9.0), (12, 1.0)]);
     }
 }
