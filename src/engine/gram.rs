@@ -140,11 +140,11 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// Puts zeros into columns of the readings: they say nothing of these unknowns.
-    pub fn silence(&mut self, is_silent: impl Fn(usize) -> bool) {
+    /// Puts zeros into columns of the readings, as if no reading depended on these unknowns.
+    pub fn zero_columns(&mut self, is_zero: impl Fn(usize) -> bool) {
         for (run, sums) in self.runs.iter_mut().enumerate() {
             let touched = self.columns.touched_by(run);
-            for (at, _) in touched.iter().enumerate().filter(|(_, column)| is_silent(**column)) {
+            for (at, _) in touched.iter().enumerate().filter(|(_, column)| is_zero(**column)) {
                 sums.gram.row_mut(at).fill(0.0);
                 sums.gram.column_mut(at).fill(0.0);
             }

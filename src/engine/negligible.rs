@@ -88,6 +88,6 @@ pub(super) fn without_rounding(normal: &mut Normal, layout: &Layout, point: &Poi
     };
     let rounding: Vec<bool> = (0..lengths.len()).map(is_rounding).collect();
     if rounding.contains(&true) {
-        normal.silence(|column| rounding[column]);
+        normal.zero_columns(|column| rounding[column]);
     }
 }

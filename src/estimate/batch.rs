@@ -190,7 +190,7 @@ pub fn fit<P: LeastSquares>(
             return Ok(here);
         }
         let linearised = (&mut here.normal, &arrow, here_cost);
-        if rounding.silence(problem, &here.point, linearised, &mut evaluations) {
+        if rounding.zero_columns(problem, &here.point, linearised, &mut evaluations) {
             arrow = Arrow::assemble(&here.normal)?;
         }
         here.evaluations = evaluations;

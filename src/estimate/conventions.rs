@@ -20,6 +20,7 @@
 //! | `periods` | angles whose period nobody stated |
 //! | `residuals` | conventions that the readings do not bear out as they stand |
 //! | `next` | what fits best of all that may be set right |
+//! | `set_right` | one convention after the other, or two together |
 //! | `quick`, `looked` | a convention on few samples, and on more |
 //! | `trimmed` | fits that a few outliers do not bend |
 //! | `streams` | streams smoothed as they are where a line is typed |
@@ -30,7 +31,6 @@ use crate::convention::{Convention, Form};
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::minima::thinned::Thinned;
 use crate::estimate::start::start;
-use crate::formula::show::text;
 use crate::graph::Kind;
 use crate::units::{Dimension, Unit};
 
@@ -44,6 +44,7 @@ mod periods;
 mod quick;
 mod residuals;
 mod sequence;
+mod set_right;
 mod streams;
 mod suspect;
 mod trimmed;
@@ -55,13 +56,12 @@ use applied::Suspected;
 use channels::Channels;
 use composed::composed;
 use looked::Looked;
-use next::{Glanced, Next, next_of};
 use one_run::run_that_does_not_fit;
 use periods::with_periods;
-use sequence::Sequence;
+use set_right::{set_right, set_two_right};
 use suspect::Suspect;
 pub use turns::ChangedFormula;
-use turns::{Reordered, changed_formulas};
+use turns::Reordered;
 use units::other_units;
 
 /// Samples on which each convention is tried, and on which the best are compared.
@@ -252,74 +252,4 @@ fn with_stated(problem: &Problem, fitted: &Point, stated: &Point) -> Option<Poin
         }
     }
     Some(point)
-}
-
-/// Sets right what may have been mistaken, one after the other, as long as a problem fits far
-/// better; `suspects` are what may be the first of it, and what may follow. Of a problem that fits very
-/// badly and of which none is, the pairs that may help together.
-fn set_right<'c>(
-    mut stands: Looked,
-    suspects: [&[Suspect<'c>]; MOST],
-) -> (Mistaken, Vec<Sequence<'c>>) {
-    let first = stands.problem.clone();
-    let mut found = Mistaken::none(&stands);
-    found.tried = suspects[0].len();
-    let mut pairs = Vec::new();
-    let mut set = Sequence::default();
-    let mut is_confirmed = true;
-    let as_read = stands.clone();
-    for suspects in suspects {
-        if stands.variance_factor < GOOD {
-            break;
-        }
-        let sequences: Vec<Sequence<'c>> =
-            suspects.iter().flat_map(|suspect| set.with(suspect)).collect();
-        let Some(glanced) = Glanced::at(&first, &stands, &sequences) else { break };
-        let is_first = found.what.is_empty() && stands.variance_factor > VERY_BAD;
-        pairs = if is_first { glanced.pairs() } else { Vec::new() };
-        let Some(next) = next_of(&first, &stands, glanced) else { break };
-        next.add_to(&mut found);
-        is_confirmed = next.typed.is_better_than_read(&as_read);
-        (set, stands) = (next.sequence.clone(), next.looked);
-    }
-    if !is_confirmed {
-        // The fit that the line to type makes does not confirm it.
-        let tried = found.tried;
-        return (Mistaken { tried, ..Mistaken::none(&as_read) }, pairs);
-    }
-    (found.with_changes(&first, &set, &stands), pairs)
-}
-
-/// Sets two things right that help together, where neither does by itself.
-fn set_two_right(stands: &Looked, pairs: &[Sequence<'_>]) -> Option<Mistaken> {
-    let first = &stands.problem;
-    let next = next_of(first, stands, Glanced::at(first, stands, pairs)?)?;
-    if !next.typed.is_better(stands) {
-        return None;
-    }
-    let mut found = Mistaken::none(stands);
-    next.add_to(&mut found);
-    Some(found.with_changes(first, next.sequence, &next.looked))
-}
-
-impl Next<'_, '_> {
-    /// Notes what is set right.
-    fn add_to(&self, found: &mut Mistaken) {
-        found.what.extend(self.sequence.named());
-        found.alike.clone_from(&self.alike);
-        found.variance_factors[1] = self.typed.of_all;
-        found.without_outliers[1] = self.typed.variance_factor;
-    }
-}
-
-impl Mistaken {
-    /// With what is to be changed in columns and formulas, from the numbers as they were read.
-    fn with_changes(mut self, first: &Problem, set: &Sequence<'_>, stands: &Looked) -> Self {
-        let found = &mut self;
-        found.formulas = changed_formulas(first, &stands.problem);
-        let shown = set.formulas().into_iter().map(|(name, formula)| (text(&formula), name));
-        found.columns =
-            shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();
-        self
-    }
 }

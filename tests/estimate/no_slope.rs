@@ -62,7 +62,7 @@ fn a_height_without_slope_at_the_start_is_determined() {
     }
 }
 
-/// An honest unknown in a unit 1e15 times too small for its readings is no rounding.
+/// An unknown in a unit 1e15 times too small for its readings is no rounding.
 #[test]
 fn a_column_that_is_short_by_its_unit_is_kept() {
     let model = "name = \"line\"\ntitle = \"Line\"\n[inputs]\nu = { unit = \"1\" }\n\

@@ -31,6 +31,7 @@ const MOST_BINS: usize = 1500;
 const MOST_STRONG: usize = 4;
 /// Change points that enter the competition in a round at most.
 const MOST_CHANGES: usize = 4;
+
 impl Linear {
     /// Change points beside a model, and beside the model without each of its rows and blocks, that are
     /// worth their price: the best of each kind.

@@ -69,8 +69,8 @@ fn by_sense(model: &Model) -> Vec<Block> {
 
 /// Blocks that depend on the values of inputs: a line over an input that bends at places among them,
 /// products of two inputs about the middle of theirs, and waves of any order over what turns many times,
-/// of any length over what is long or short. A form that powers and waves do not have is seen so, a value of its own for each of a few places, and what
-/// neither of two inputs does by itself.
+/// of any length over what is long or short. A form that powers and waves do not have is seen so, a value
+/// of its own for each of a few places, and what neither of two inputs does by itself.
 pub(in crate::diagnose) fn over_values(recipes: &[Recipe], spreads: &[Spread]) -> Vec<Candidate> {
     offered(recipes, |model| {
         let bent = |Spread { input, knots, .. }: &Spread| {
@@ -251,22 +251,6 @@ mod tests {
         let says = |words: &str| made.iter().any(|(_, one)| one.contains(words));
         assert!(says("an x displacement of the target over stage_x, {member} waves a metre"));
         assert!(!says("pedestal"));
-    }
-
-    /// Over a rail of 60 m waves may be longer, over 0.2 mm of a scale shorter than those over a metre or two.
-    #[test]
-    fn long_ways_have_longer_waves_and_short_ones_shorter() {
-        let inputs = "inputs.place = { unit = \"m\" }\n";
-        let read = "measurands.read = { value = 'place', unit = \"m\" }\n";
-        let text = format!("name = \"axis\"\ntitle = \"Axis\"\n{inputs}{read}");
-        let model = Model::parse(Source::new("axis.toml", text)).unwrap();
-        let waves = |span: f64| -> Vec<String> {
-            let spread = Spread::of_knots("place".to_owned(), Vec::new(), span);
-            waves::of_any_length(&model, &[spread]).into_iter().map(|one| one.family).collect()
-        };
-        assert!(waves(60.0).concat().contains("from = \"0.025 1/m\", to = \"0.2 1/m\""));
-        assert!(waves(2e-4).concat().contains("from = \"200 1/m\", to = \"5000000 1/m\""));
-        assert!(waves(1.5).is_empty());
     }
 
     /// Names of effects are short; those of measurands may be long, and no block is lost for that.

@@ -2,9 +2,9 @@
 //! those of a height where an offset begins at zero. Scaled to its own length such a column asks for a
 //! step of 1e16, and damping that tames it leaves all others no step at all.
 //!
-//! No length tells rounding from an honest unknown in a large unit. So columns far shorter than the
+//! No length distinguishes rounding from an unknown in a large unit. So columns far shorter than the
 //! longest are tried: a step along one of them must change the cost as its derivatives predict. A
-//! column that was honest once stays so: the scale of the damping remembers its length.
+//! column that was confirmed once stays so, for the scale of the damping has its length from then on.
 
 use crate::engine::gram::{LeastSquares, Normal};
 use crate::estimate::arrow::Arrow;
@@ -19,7 +19,7 @@ const OFF: f64 = 0.5;
 /// ... and in parts of the cost: its own rounding.
 const ROUNDING: f64 = 1e-11;
 
-/// Which columns were honest so far.
+/// Which columns were confirmed so far.
 pub(super) struct Rounding(Vec<bool>);
 
 impl Rounding {
@@ -28,7 +28,7 @@ impl Rounding {
     }
 
     /// Puts zeros into the columns that the cost does not bear out; whether there are any.
-    pub(super) fn silence<P: LeastSquares>(
+    pub(super) fn zero_columns<P: LeastSquares>(
         &mut self,
         problem: &P,
         point: &P::Point,
@@ -50,15 +50,15 @@ impl Rounding {
                 (change - predicted).abs() <= OFF * predicted.abs() + ROUNDING * cost
             })
         };
-        let mut silent = Vec::new();
-        for (column, is_honest) in self.0.iter_mut().enumerate().filter(|one| !*one.1) {
-            *is_honest = squares[column] >= least && squares[column] > 0.0;
-            if !*is_honest && squares[column] > 0.0 {
-                *is_honest = is_borne_out(column);
-                silent.extend((!*is_honest).then_some(column));
+        let mut rounding = Vec::new();
+        for (column, is_confirmed) in self.0.iter_mut().enumerate().filter(|one| !*one.1) {
+            *is_confirmed = squares[column] >= least && squares[column] > 0.0;
+            if !*is_confirmed && squares[column] > 0.0 {
+                *is_confirmed = is_borne_out(column);
+                rounding.extend((!*is_confirmed).then_some(column));
             }
         }
-        normal.silence(|column| silent.contains(&column));
-        !silent.is_empty()
+        normal.zero_columns(|column| rounding.contains(&column));
+        !rounding.is_empty()
     }
 }

@@ -18,14 +18,15 @@ impl Search<'_> {
     /// Takes those out of the fit that gain too little beside the blocks; whether there are such.
     pub(super) fn take_out_curved(&mut self, competed: &Competed) -> Result<bool, FitError> {
         let Competed { linear, judged, .. } = competed;
-        let is_absorbed = |name: &String| {
-            self.unseen.as_ref().is_some_and(|all| all.absorbed.iter().any(|one| one.name == *name))
-        };
+        let is_unseen = |name: &str| self.unseen.as_ref().is_some_and(|all| all.has(name));
         let is_curved = |row: &usize| {
             let own = &linear.terms[*row];
-            own.is_effect() && is_absorbed(&own.name) && judged.model.contains(row)
+            own.is_effect() && is_unseen(&own.name) && judged.model.contains(row)
         };
         let rows: Vec<usize> = linear.rows().into_iter().filter(is_curved).collect();
+        if rows.is_empty() {
+            return Ok(false);
+        }
         let selection = self.selection_of(competed);
         let blocks = judged.model.iter().map(|term| selection.whole(*term)).filter(|term| {
             let own = &linear.terms[*term];
@@ -33,7 +34,7 @@ impl Search<'_> {
         });
         let blocks: Vec<_> =
             blocks.filter_map(|term| linear.candidates.get(linear.terms[term].candidate)).collect();
-        if rows.is_empty() || blocks.is_empty() {
+        if blocks.is_empty() {
             return Ok(false);
         }
         let mut beside = linear.fitted.clone();

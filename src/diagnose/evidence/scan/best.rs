@@ -62,7 +62,7 @@ fn first_within(gains: &[(usize, f64)], best: (usize, f64), noise: f64) -> usize
 }
 
 /// The members of a grid, by their places in order, that gain more than those beside them.
-fn peaks(gains: &[(usize, f64)]) -> impl Iterator<Item = (usize, f64)> {
+fn peaks(gains: &[(usize, f64)]) -> Vec<(usize, f64)> {
     let mut all = gains.to_vec();
     all.sort_by_key(|one| one.0);
     let is_peak = |at: &usize| {
@@ -71,7 +71,7 @@ fn peaks(gains: &[(usize, f64)]) -> impl Iterator<Item = (usize, f64)> {
         let beside = beside.filter_map(|other| all.get(other));
         beside.filter(|one| one.0.abs_diff(place) == 1).all(|one| one.1 <= gain)
     };
-    (0..all.len()).filter(is_peak).map(|at| all[at]).collect::<Vec<_>>().into_iter()
+    (0..all.len()).filter(is_peak).map(|at| all[at]).collect()
 }
 
 impl Scan<'_> {
@@ -105,14 +105,10 @@ impl Scan<'_> {
         let top = polished(best);
         let near = nearly(top.1, self.noise_beside(top.1));
         // The first of the peaks that are as good: at even places, or nearly so, fine waves are long ones.
-        let mut first = peaks(&gains).filter(|(at, gain)| {
-            self.is_over_motion && *at < best.0 && *gain >= NEIGHBOURS * top.1
-        });
-        Some(
-            first
-                .find_map(|one| Some(polished(one)).filter(|one| top.1 - one.1 <= near))
-                .unwrap_or(top),
-        )
+        let peaks = if self.is_over_motion { peaks(&gains) } else { Vec::new() };
+        let before = peaks.into_iter().filter(|one| one.0 < best.0 && one.1 >= NEIGHBOURS * top.1);
+        let first = before.map(polished).find(|one| top.1 - one.1 <= near);
+        Some(first.unwrap_or(top))
     }
 
     /// The variance of the noise that a gain leaves. Of places that are nearly even the noise decides which
@@ -195,6 +191,6 @@ mod tests {
     #[test]
     fn peaks_are_higher_than_what_stands_beside_them() {
         let gains = [(7, 9.0), (2, 3.0), (3, 8.0), (4, 5.0), (12, 1.0), (6, 2.0)];
-        assert_eq!(peaks(&gains).collect::<Vec<_>>(), [(3, 8.0), (7, 9.0), (12, 1.0)]);
+        assert_eq!(peaks(&gains), [(3, 8.0), (7, 9.0), (12, 1.0)]);
     }
 }

@@ -248,3 +248,27 @@ pub(super) fn in_time(model: &Model) -> Vec<Block> {
     let line = range("unknown_frequency", "Hz", ("0.1 Hz", "10 Hz"));
     made(&name, &place, (&coefficients, "run"), &line, &patches).into_iter().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use super::*;
+    use crate::diagnostic::Source;
+
+    /// Over a rail of 60 m waves may be longer, over 0.2 mm of a scale shorter than those over a metre or two.
+    #[test]
+    fn long_ways_have_longer_waves_and_short_ones_shorter() {
+        let inputs = "inputs.place = { unit = \"m\" }\n";
+        let read = "measurands.read = { value = 'place', unit = \"m\" }\n";
+        let text = format!("name = \"axis\"\ntitle = \"Axis\"\n{inputs}{read}");
+        let model = Model::parse(Source::new("axis.toml", text)).unwrap();
+        let waves = |span: f64| -> Vec<String> {
+            let spread = Spread::of_knots("place".to_owned(), Vec::new(), span);
+            of_any_length(&model, &[spread]).into_iter().map(|one| one.family).collect()
+        };
+        assert!(waves(60.0).concat().contains("from = \"0.025 1/m\", to = \"0.2 1/m\""));
+        assert!(waves(2e-4).concat().contains("from = \"200 1/m\", to = \"5000000 1/m\""));
+        assert!(waves(1.5).is_empty());
+    }
+}
