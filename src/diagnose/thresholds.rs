@@ -67,6 +67,8 @@ pub const CONFOUNDED: f64 = 0.95;
 /// Squared cosine of the form of an effect outside the fit with a row's, from which it is a near
 /// alias: the row's uncertainty allows for it.
 pub const NEAR_ALIAS: f64 = 0.8;
+/// The same of an effect that is there more probably than not, though it has no place in the model.
+pub const IN_PART: f64 = 0.25;
 /// Standard score from which a noise scale factor is not as stated...
 pub const SCALE: f64 = 4.0;
 /// ... and its least difference from 1.

@@ -79,10 +79,15 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
                 decimal(factor, 1)
             )
         }
-        Verdict::Unknown => format!(
-            "Unknown: there is a gap that no effect of the library explains; {}.",
-            looks(&diagnosis.remainder, "it")
-        ),
+        Verdict::Unknown => {
+            let first = diagnosis.remainder.first();
+            let is_small = first.is_some_and(|one| one.place.is_small_effect());
+            format!(
+                "Unknown: there is a gap{}; {}.",
+                if is_small { "" } else { " that no effect of the library explains" },
+                looks(&diagnosis.remainder, "it")
+            )
+        }
         Verdict::Unobservable => {
             "No diagnosis: these readings do not determine the model's own parameters.".to_owned()
         }

@@ -4,6 +4,7 @@
 use homepoint::diagnose::budget::answer::Verdict;
 
 use crate::found::told;
+use crate::own_effects::Campaign;
 use crate::stream::Stream;
 use crate::written::diagnosed;
 
@@ -112,5 +113,41 @@ fn long_ways_have_long_waves_and_short_ones_short_waves() {
     for (seed, spacing, waves) in [(9, 0.6, 0.08), (10, 1e-6, 50_000.0)] {
         let part = found_of(seed, (spacing, 0.2 * spacing), waves);
         assert!((part - 1.0).abs() < 0.01, "{seed}: {part}");
+    }
+}
+
+const BELT: &str = r#"
+name = "belt"
+title = "Parcels on a belt"
+[inputs]
+lines = { unit = "count" }
+[parameters]
+pitch = { unit = "m", scope = "rig", start = "0.0002 m" }
+zero = { unit = "m", scope = "rig" }
+[measurands]
+place = { value = 'pitch * lines + zero', unit = "m" }
+"#;
+
+/// A splice comes around every 43,600 lines, at speeds that vary.
+#[test]
+fn a_wave_over_what_is_counted_has_its_period() {
+    for seed in 21..=22 {
+        let mut random = Stream(seed);
+        let mut log = "lines [count],place [m]\n".to_owned();
+        let mut lines: f64 = 40.0;
+        for row in 0..900 {
+            lines +=
+                (400.0 + 150.0 * (f64::from(row) / 37.0).sin() + 60.0 * random.normal()).round();
+            let wave = 1.4e-3 * (std::f64::consts::TAU * lines / 43_600.0 + 0.7).sin();
+            let place = 2.01e-4 * lines + 0.3 + wave + 6e-4 * random.normal();
+            log += &format!("{lines},{place:.5}\n");
+        }
+        let measurands = "place = { sigma = \"0.6 mm\" }";
+        let found = Campaign { model: BELT, effects: &[], measurands, log }.diagnosed();
+        assert_eq!(found.verdict, Verdict::Unknown, "{seed}: {}", told(&found));
+        let [part] = &found.remainder[..] else { panic!("{seed}: {}", told(&found)) };
+        let period = part.place.words.split("over lines, a wave every ").nth(1).unwrap();
+        let period: f64 = period.parse().unwrap();
+        assert!((period / 43_600.0 - 1.0).abs() < 0.02, "{seed}: {period}");
     }
 }

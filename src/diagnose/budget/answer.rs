@@ -64,10 +64,12 @@ pub struct Row {
 }
 
 impl Row {
-    /// Effects outside the fit that are reported with the row, for the readings do not distinguish them.
+    /// Effects outside the fit that are reported with the row: those that the readings do not distinguish
+    /// from it, and near ones that are there more probably than not.
     pub fn grouped(&self) -> impl Iterator<Item = &Confounded> {
         let is_close = |one: &&Confounded| {
-            !one.is_row && (one.correlation.abs() >= CONFOUNDED || self.aliases.contains(&one.name))
+            let is_alias = one.correlation.abs() >= CONFOUNDED || self.aliases.contains(&one.name);
+            !one.is_row && (is_alias || one.is_probable)
         };
         self.confounded.iter().filter(is_close)
     }
@@ -80,6 +82,8 @@ pub struct Confounded {
     pub name: String,
     /// Whether it is a row itself.
     pub is_row: bool,
+    /// Whether it is there more probably than not.
+    pub is_probable: bool,
     /// Correlation of their values where both are in the fit; of effects with several values that of
     /// their forms.
     pub correlation: f64,

@@ -19,7 +19,7 @@ use super::selection::normal::Beside;
 use super::solved::Solved;
 use super::terms::without;
 use crate::diagnose::price::Gain;
-use crate::diagnose::thresholds::{CONFOUNDED, NEAR_ALIAS};
+use crate::diagnose::thresholds::{CONFOUNDED, IN_PART, NEAR_ALIAS};
 
 /// Effects outside the fit that are compared with a row at most.
 const MOST: usize = 4;
@@ -44,6 +44,7 @@ impl Solved {
             .map(|(other, correlation)| Confounded {
                 name: own(other).name.clone(),
                 is_row: true,
+                is_probable: true,
                 correlation,
                 factor: self.factor(at, other),
                 joint: Vec::new(),
@@ -123,12 +124,10 @@ pub fn confounded(
         for (term, cosine) in near.into_iter().take(MOST) {
             let with = [model, &[term]].concat();
             let both = Solved::of(selection, &with, rest, gains);
+            let typical = selection.typical(term);
+            let ln_odds = selection.ln_odds_at(model, term, &typical);
             if known.insert(&linear.terms[term].name) {
-                let columns = selection.terms[term].columns.iter();
-                let typical = columns.map(|column| linear.sums.typical_of(column.first()?.0));
-                let typical: Vec<Option<f64>> = typical.collect();
-                let ln_bayes = selection.ln_odds_at(model, term, &typical);
-                solved.widen(*at, &both, &typical, ln_bayes);
+                solved.widen(*at, &both, &typical, ln_odds);
             }
             // Of several values each pair has another correlation: that of the forms is reported.
             let factor = both.factor(*at, model.len());
@@ -144,6 +143,7 @@ pub fn confounded(
             found.push(Confounded {
                 name: linear.terms[term].name.clone(),
                 is_row: false,
+                is_probable: ln_odds > 0.0,
                 correlation,
                 factor,
                 joint,
@@ -173,8 +173,15 @@ impl Solved {
 }
 
 impl Selection<'_> {
+    /// The typical sizes of a term's values.
+    fn typical(&self, term: usize) -> Vec<Option<f64>> {
+        let columns = self.terms[term].columns.iter();
+        columns.map(|column| self.sums.typical_of(column.first()?.0)).collect()
+    }
+
     /// Effects outside a model whose form is nearly that of one of its terms (by its place) with
-    /// given values: with the squared cosine, largest first.
+    /// given values, or has part of it and is there more probably than not: with the squared cosine,
+    /// largest first.
     fn near(&self, model: &[usize], at: usize, values: &[f64]) -> Vec<(usize, f64)> {
         let term = model[at];
         let rest = without(model, term);
@@ -203,7 +210,9 @@ impl Selection<'_> {
                 let raw = raw.rows(k, n - k).into_owned();
                 let (basis, _) = basis(&others, &raw);
                 let cosine = basis.tr_mul(&across).norm_squared() / square;
-                (square > 0.0 && cosine >= NEAR_ALIAS).then_some((other, cosine.min(1.0)))
+                let is_probable = || self.ln_odds_at(model, other, &self.typical(other)) > 0.0;
+                let is_near = cosine >= NEAR_ALIAS || cosine >= IN_PART && is_probable();
+                (square > 0.0 && is_near).then_some((other, cosine.min(1.0)))
             })
             .collect();
         found.sort_by(|a, b| b.1.total_cmp(&a.1));

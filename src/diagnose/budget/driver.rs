@@ -3,8 +3,7 @@
 //! noise is looked at in what all of that leaves. What is found in the noise, and rows that did not
 //! stand, lead to another round.
 
-use std::collections::BTreeSet;
-
+use crate::diagnose::evidence::scan::Scanned;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, NoiseEffect};
 use crate::diagnose::library::variant::Variant;
@@ -17,15 +16,15 @@ use crate::estimate::batch::{FitError, Options};
 use super::absorbed::Unseen;
 use super::families::Families;
 use super::in_fit::Row;
-use super::judge::{Judged, Objection};
+use super::judge::Objection;
 use super::linear::Linear;
+use super::no_covariates::NoCovariates;
 use super::noise::Outlier;
-use super::noise_or_blocks::{Instead, instead_of_blocks};
-use super::search::{Log, Pools};
+use super::search::Log;
 use super::selection::Selection;
-use super::still::still_readings;
 use super::terms::Change;
 
+mod compete;
 mod curved_rows;
 mod fitted_changes;
 mod forward;
@@ -33,12 +32,14 @@ mod jitter;
 mod jumps;
 mod members;
 mod relax;
+mod settled;
 mod spikes;
 mod update;
 mod usual_values;
 
-/// Rounds in which change points are looked for.
-const CHANGE_ROUNDS: usize = 2;
+pub use self::compete::Competed;
+use self::settled::Settled;
+
 /// Rounds of structure and noise.
 const ROUNDS: usize = 5;
 
@@ -57,17 +58,6 @@ pub struct Found {
     pub objections: Vec<(String, Objection)>,
     /// What was done, step by step.
     pub log: Log,
-}
-
-/// A linearised fit with the model that a competition of terms left, and its noise scale factors.
-#[derive(Clone, Debug)]
-pub struct Competed {
-    /// The fit.
-    pub linear: Linear,
-    /// The model on it.
-    pub judged: Judged,
-    /// Noise scale factor of each measurand.
-    pub scale: Vec<f64>,
 }
 
 /// A search that goes on.
@@ -93,8 +83,8 @@ struct Search<'a> {
     first_spikes: Spikes,
     spikes: Spikes,
     has_judged_spikes: bool,
-    /// Measurands that hardly vary.
-    still: BTreeSet<String>,
+    /// What a block may not be over.
+    no_covariates: NoCovariates,
     /// What is left out, and the runs of each campaign with all readings.
     outliers: Vec<Outlier>,
     records: Records,
@@ -105,6 +95,9 @@ struct Search<'a> {
     scanned: Families,
     /// Change points of the last model with their blocks: the next one begins with them.
     changes: Vec<(String, Change)>,
+    /// Members of families of effects in the last competition, and its model, where the fit has lost only rows that it does not have.
+    members: Scanned,
+    settled: Option<Settled>,
     /// Large ones that were fitted, by the name of their block.
     tried_changes: Vec<(String, (usize, usize), Option<usize>)>,
     log: Log,
@@ -143,7 +136,9 @@ impl Search<'_> {
         let mut round = 0;
         loop {
             round += 1;
-            search.take_members()?;
+            if search.take_members()? {
+                search.settled = None;
+            }
             let Some(competed) = search.compete()? else { return Ok(None) };
             if round < ROUNDS
                 && (search.take_implausible(&competed)?
@@ -174,7 +169,7 @@ impl<'a> Search<'a> {
     fn new(nominal: Fitted, spikes: Spikes, wanted: &Wanted, options: &'a Options) -> Self {
         Self {
             records: Records::of(&nominal.problem),
-            still: still_readings(&nominal),
+            no_covariates: NoCovariates::of(&nominal),
             wanted: wanted.clone(),
             options,
             fitted: nominal.clone(),
@@ -194,6 +189,8 @@ impl<'a> Search<'a> {
             unseen: None,
             scanned: Families::default(),
             changes: Vec::new(),
+            members: Scanned::default(),
+            settled: None,
             tried_changes: Vec::new(),
             log: Log::new(),
         }
@@ -222,79 +219,5 @@ impl<'a> Search<'a> {
         let mut selection = self.selection(&competed.linear);
         selection.adopt_scale(&competed.scale);
         selection
-    }
-
-    /// Rows, blocks and change points compete, and rows are judged. `None` where nominal parameters
-    /// are not determined.
-    fn compete(&mut self) -> Result<Option<Competed>, FitError> {
-        let linear =
-            Linear::new(self.fitted.clone(), &self.rows, &self.wanted, true, &mut self.scanned);
-        // The fit may be another one when this is called again.
-        self.scanned.effects.clear();
-        let Some(mut linear) = linear else { return Ok(None) };
-        linear.without_own_covariates(&self.still);
-        let mut model = linear.rows();
-        let first = self.first_changes(&linear, &model);
-        linear.with_changes(&first);
-        let mut scale: Vec<f64> = Vec::new();
-        let mut instead = None;
-        for round in 0..=CHANGE_ROUNDS {
-            let mut selection = self.selection(&linear);
-            let pools = Pools::of(&selection);
-            model = selection.search(&model, &pools, &mut self.log);
-            scale.clone_from(&selection.scale);
-            if self.take_changes(&linear, &selection, &model)? {
-                self.changes.clear();
-                return self.compete();
-            }
-            if round < CHANGE_ROUNDS && selection.has_most_blocks(&model) {
-                instead = instead_of_blocks(&linear, &selection, &model);
-                if instead.is_some() {
-                    break;
-                }
-            }
-            let found =
-                if round < CHANGE_ROUNDS { linear.changes(&selection, &model) } else { Vec::new() };
-            linear.terms = selection.terms;
-            let before = linear.terms.len();
-            linear.with_changes(&found);
-            if linear.terms.len() == before {
-                break;
-            }
-        }
-        self.changes = linear.changes_in(&model);
-        let mut selection = self.selection(&linear);
-        selection.adopt_scale(&scale);
-        let instead = instead.or_else(|| instead_of_blocks(&linear, &selection, &model));
-        if let Some(noise) = instead {
-            drop(selection);
-            self.log.push("noise explains more than blocks".to_owned());
-            let fitted = linear.fitted.clone();
-            match noise {
-                Instead::Autocorrelated(noise) => self.take_autocorrelation(fitted, &noise)?,
-                Instead::OfRuns(noise) => self.take_noise_of_runs(fitted, &noise)?,
-            }
-            return self.compete();
-        }
-        let pools = Pools::of(&selection);
-        let judged = selection.judge(model, pools, &linear, &mut self.log);
-        selection.set_scale(&judged.model);
-        let scale = selection.scale.clone();
-        linear.terms = selection.terms;
-        self.changes = linear.changes_in(&judged.model);
-        Ok(Some(Competed { linear, judged, scale }))
-    }
-
-    /// The change points with which a competition begins: those of the last model, or, where blocks
-    /// would enter beside the rows, those that are found beside these. A block that imitates a change
-    /// would enter first otherwise, and others to mend it.
-    fn first_changes(&self, linear: &Linear, model: &[usize]) -> Vec<Change> {
-        if !self.changes.is_empty() {
-            return linear.known_changes(&self.changes);
-        }
-        let mut selection = self.selection(linear);
-        selection.set_scale(model);
-        let has_structure = selection.best_block(model, &Pools::of(&selection)).is_some();
-        if has_structure { linear.changes(&selection, model) } else { Vec::new() }
     }
 }

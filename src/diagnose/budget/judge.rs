@@ -52,7 +52,7 @@ impl Selection<'_> {
         log: &mut Log,
     ) -> Judged {
         let mut objections: Vec<(usize, Objection)> = Vec::new();
-        let mut small: Vec<usize> = Vec::new();
+        let mut small: Vec<(f64, usize)> = Vec::new();
         loop {
             for _ in 0..MOST_BLOCKS {
                 let Some(best) = self.best_block(&model, &pools) else { break };
@@ -75,8 +75,8 @@ impl Selection<'_> {
                 continue;
             }
             log.push(format!("{} does not stand: {objection:?}", self.terms[term].name));
-            if matches!(objection, Objection::Small(_)) {
-                small.push(term);
+            if let Objection::Small(noncentrality) = objection {
+                small.push((noncentrality, term));
             }
             objections.push((term, objection));
             let Term { name, variant, .. } = self.terms[term].clone();
@@ -89,17 +89,18 @@ impl Selection<'_> {
             model = self.grow(model, &pools.effects, ROW, MOST, log);
         }
         // What is too small for a name is still there.
-        let gain = |selection: &Self, model: &[usize], term: usize| selection.gain(model, term);
-        small.sort_by(|a, b| gain(self, &model, *b).gain.total_cmp(&gain(self, &model, *a).gain));
+        small.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut nameless = Vec::new();
-        for term in small {
-            let found = gain(self, &model, term);
-            if self.ln_bayes_factor(term, found) < ENTER {
+        for (_, term) in small {
+            // Blocks may have taken its place.
+            let with = self.prune([model.clone(), vec![term]].concat(), &mut Log::new());
+            let Some(at) = with.iter().position(|own| *own == term) else { continue };
+            let keeps_rows = self.rows_of(&model).iter().all(|row| with.contains(row));
+            if !keeps_rows || self.ln_evidence(&with) < self.ln_evidence(&model) + TIE {
                 continue;
             }
-            let with = [model.clone(), vec![term]].concat();
             let own = Pieces::new(linear, self, &with);
-            let drop = Folded::new(self, &with, &own).predictive_gain(with.len() - 1);
+            let drop = Folded::new(self, &with, &own).predictive_gain(at);
             if drop < HELD_OUT {
                 continue;
             }

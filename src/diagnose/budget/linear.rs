@@ -24,6 +24,7 @@ use crate::diagnose::thresholds::{OWN_EFFECT, RELAXED};
 use super::families::{Families, best_members};
 use super::in_fit::{Row, columns_of, effect_of};
 use super::labels::spreads;
+use super::no_covariates::NoCovariates;
 use super::selection::Selection;
 use super::sums::Sums;
 use super::terms::Term;
@@ -177,15 +178,15 @@ impl Linear {
         Some(linear)
     }
 
-    /// Takes blocks out of the competition whose covariate is what rows do: readings that hardly vary
-    /// without these, and a reading over itself of which a row, or all rows together, are the slope.
-    pub fn without_own_covariates(&mut self, still: &BTreeSet<String>) {
+    /// Takes blocks out of the competition whose covariate is none, and those of a reading over itself of
+    /// which a row, or all rows together, are the slope.
+    pub fn without_own_covariates(&mut self, no_covariates: &NoCovariates) {
         let selection = Selection::new(&self.sums, &self.terms, &self.active);
         let rows = selection.rows_of(&self.rows());
         let whole = if rows.is_empty() { 0.0 } else { selection.whole_form_left(&[], &rows) };
         let mut out = Vec::new();
         for (number, term) in self.terms.iter().enumerate() {
-            let Some(Place { of, covariate, .. }) = &term.place else { continue };
+            let Some(place @ Place { of, covariate, .. }) = &term.place else { continue };
             let takes = |row: &usize| {
                 let left = selection.form_left(&[number], &rows, *row);
                 left < OWN_COVARIATE * selection.form_left(&[], &rows, *row)
@@ -193,9 +194,7 @@ impl Linear {
             let takes_all = || selection.whole_form_left(&[number], &rows) < OWN_COVARIATE * whole;
             let is_of_itself =
                 matches!(of, Of::Measurand(name) if covariate.contains(name.as_str()));
-            if covariate.split(' ').any(|word| still.contains(word))
-                || is_of_itself && (takes_all() || rows.iter().any(takes))
-            {
+            if no_covariates.has(place) || is_of_itself && (takes_all() || rows.iter().any(takes)) {
                 out.push(number);
             }
         }

@@ -14,9 +14,9 @@ use super::driver::{Competed, Found};
 use super::families::Families;
 use super::in_fit::{Row, effect_of};
 use super::linear::Linear;
+use super::no_covariates::NoCovariates;
 use super::search::{Log, Pools};
 use super::selection::Selection;
-use super::still::still_readings;
 use super::terms::without;
 
 /// Exchanges that are tried at most.
@@ -133,7 +133,7 @@ impl Found {
             .extend(rows.iter().filter_map(|one| Some((one.name.clone(), one.variant?))));
         let linear = Linear::new(fitted, &rows, &wanted, true, &mut Families::default());
         let Some(mut linear) = linear else { return Ok(None) };
-        linear.without_own_covariates(&still_readings(nominal));
+        linear.without_own_covariates(&NoCovariates::of(nominal));
         linear.with_changes(&linear.known_changes(&old.changes_in(&before.model)));
         let terms = before.model.iter().map(|term| {
             let name = &old.terms[place(*term)].name;

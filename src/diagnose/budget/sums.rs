@@ -207,6 +207,7 @@ impl Sums {
     }
 
     /// The measurands in which two columns may have a product: those of the one that acts in fewer.
+    #[inline]
     fn measurands_of(&self, a: usize, b: usize) -> &[usize] {
         match (self.acts_in.get(a), self.acts_in.get(b)) {
             (Some(a), Some(b)) => {
@@ -228,6 +229,7 @@ impl Sums {
 
     /// The product of two columns in the sums of one measurand; the column after the last is the
     /// residual.
+    #[inline]
     pub fn product_in(&self, measurand: usize, a: usize, b: usize) -> f64 {
         self.by_measurand[measurand].product(self.place.get(a), self.place.get(b))
     }

@@ -49,6 +49,11 @@ pub(in crate::diagnose) enum Extent {
 }
 
 impl Place {
+    /// Whether it is that of an effect of the library that is too small for a name.
+    pub fn is_small_effect(&self) -> bool {
+        self.covariate == SMALL
+    }
+
     /// Of all runs.
     pub(in crate::diagnose) fn new(of: Of, covariate: &str, words: String) -> Self {
         Self { of, covariate: covariate.to_owned(), words, run: None, rows: None }
@@ -56,7 +61,7 @@ impl Place {
 
     /// Of a term with the form of an effect that is no row.
     pub(in crate::diagnose) fn like(effect: &str) -> Self {
-        let words = format!("an effect like `{effect}`");
+        let words = format!("`{effect}`, too small for a name");
         Self::new(Of::Channel(effect.to_owned()), SMALL, words)
     }
 
@@ -120,7 +125,7 @@ impl Place {
 
     /// Whether an effect may have its form: not that of a stated value, nor of a term that is no row.
     pub fn is_of_an_effect(&self) -> bool {
-        self.covariate != SMALL && self.stated().is_none()
+        !self.is_small_effect() && self.stated().is_none()
     }
 
     /// Whether it is a wave in time.

@@ -30,6 +30,7 @@ use spread::Spread;
 
 mod covariate;
 mod made;
+mod oscillation;
 mod parameters;
 mod readings;
 pub(in crate::diagnose) mod spread;
@@ -88,6 +89,7 @@ pub(in crate::diagnose) fn over_values(recipes: &[Recipe], spreads: &[Spread]) -
         let mut of_readings = together::products(model, spreads);
         of_readings.extend(waves::of_any_order(model, spreads));
         of_readings.extend(waves::of_any_length(model, spreads));
+        of_readings.extend(waves::over_counts(model, spreads));
         all.extend(plain(model).flat_map(|one| errors(one, &of_readings)));
         all
     })
@@ -109,7 +111,7 @@ fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Ca
 }
 
 fn effects(model: &Model) -> Vec<Block> {
-    let of_readings = [readings, of_inputs, attitudes, by_sense, waves::in_time];
+    let of_readings = [readings, of_inputs, attitudes, by_sense, oscillation::in_time];
     let of_the_rig = [channels, rig, pedestal, timing, of_parameters];
     of_the_rig.iter().chain(&of_readings).flat_map(|of| of(model)).collect()
 }

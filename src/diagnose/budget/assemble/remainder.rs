@@ -12,6 +12,10 @@ use crate::diagnose::price::Gain;
 
 use super::Budget;
 use crate::diagnose::budget::terms::without;
+use crate::units::Unit;
+
+/// Ratio of a wave to what is seen of it from which its amplitude is no size of it.
+const ABSORBED: f64 = 2.0;
 
 impl Budget<'_> {
     /// What each term of the remainder takes off chi squared beyond chance, one after the other beside the
@@ -61,13 +65,13 @@ impl Budget<'_> {
                     let unit = block.selected.effect.parameters.first()?.unit.clone();
                     Some((own[0].hypot(own[1]), unit))
                 });
-                // Weights of autocorrelated noise would make a slow wave small.
-                let rms = match (&place.of, &amplitude) {
-                    (Of::Measurand(name), Some((size, _))) => {
-                        Some((size * FRAC_1_SQRT_2, name.clone()))
-                    }
-                    _ => self.rms(self.model[*at], &own),
+                let rms = self.rms(self.model[*at], &own);
+                // Over a part of a turn nominal parameters may absorb most of a wave.
+                let is_seen = |(size, _): &(f64, Unit)| {
+                    let rms = rms.as_ref().map_or(0.0, |(rms, _)| *rms);
+                    !matches!(place.of, Of::Measurand(_)) || size * FRAC_1_SQRT_2 < ABSORBED * rms
                 };
+                let amplitude = amplitude.filter(is_seen);
                 Remainder {
                     gain: gains[*at],
                     share: (part / total).min(1.0),

@@ -111,7 +111,9 @@ impl Search<'_> {
     /// in the library's form; whether there are such.
     fn refuse(&mut self, competed: &Competed) -> bool {
         let (mut relaxed, mut narrowed) = (false, false);
-        for (term, objection) in &competed.judged.objections {
+        // What is in the model without a name competes again.
+        let is_out = |(term, _): &&(usize, Objection)| !competed.judged.nameless.contains(term);
+        for (term, objection) in competed.judged.objections.iter().filter(is_out) {
             let own = &competed.linear.terms[*term];
             let form = match objection {
                 Objection::Apart(label, _) => label.variant(),
@@ -203,6 +205,9 @@ impl Search<'_> {
         }
         self.seen.push(names);
         let selection = self.selection_of(competed);
+        if enter.is_empty() && !relaxed {
+            self.settled = self.settled(competed, &leave);
+        }
         let mut fitted = linear.fitted.clone();
         fitted = self.without_rows(&leave, linear, fitted)?;
         for term in &enter {

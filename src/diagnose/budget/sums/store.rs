@@ -32,6 +32,7 @@ pub struct Index {
 
 impl Index {
     /// The place of a number that has one.
+    #[inline]
     pub fn get(&self, number: usize) -> Option<usize> {
         self.places.get(number).copied().flatten().map(|place| place as usize)
     }
@@ -172,6 +173,7 @@ impl Store {
     }
 
     /// The product of two columns; none is the residual.
+    #[inline]
     pub(super) fn product(&self, a: Option<&Placed>, b: Option<&Placed>) -> f64 {
         let wide = |one: Option<&Placed>| match one {
             None => Some(RESIDUAL),

@@ -42,6 +42,7 @@ impl<'a> Weighted<'a> {
     }
 
     /// The product of two columns; the column after the last is the residual.
+    #[inline]
     pub fn product(&self, a: usize, b: usize) -> f64 {
         let both = self.sums.measurands_of(a, b).iter();
         let of_readings: f64 =
@@ -50,6 +51,7 @@ impl<'a> Weighted<'a> {
     }
 
     /// The product of two columns in the rows of prior knowledge.
+    #[inline]
     pub fn prior(&self, a: usize, b: usize) -> f64 {
         match (self.prior_at.get(a), self.prior_at.get(b)) {
             (Some(a), Some(b)) => self.prior[(a, b)],

@@ -1,5 +1,5 @@
 //! Unknown structure of a scale that nobody knows: waves of one order over an angle, waves over a
-//! length, oscillations in time, swings over a setup, as a room's climate makes them, and exponential
+//! length or a count, swings over a setup, as a room's climate makes them, and exponential
 //! settling after each run begins. Each is a family of blocks that is scanned like those of the library.
 //!
 //! Without them an encoder's error of order twelve is an oscillation at each rate, and is named as
@@ -11,13 +11,12 @@ use std::ops::RangeInclusive;
 
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
-use crate::units::{Dimension, Unit};
+use crate::units::Dimension;
 
-use super::covariate::{AXES, Covariate, FEW, RUN_TIME, Term, few_move, sense_of, wave};
-use super::made::{Block, made};
+use super::covariate::{Covariate, FEW, RUN_TIME, Term, few_move, sense_of, wave};
 use super::spread::Spread;
 use super::{ORDERS, directions};
-use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place, TIME};
+use crate::diagnose::library::place::TIME;
 
 /// The finest waves that are looked for, in waves a turn: those of an encoder or a motor, and those of
 /// the teeth of a worm or a strain wave gear.
@@ -34,6 +33,8 @@ const LONG: f64 = 10.0;
 const SHORT: f64 = 0.1;
 const FEWEST: f64 = 1.5;
 const MOST_WAVES: f64 = 1000.0;
+/// Counts that an input goes through at least for waves over them.
+const MANY_COUNTS: f64 = 100.0;
 /// Angles, or lengths, over which waves of readings are looked for, at most.
 const MOST_OVER: usize = 4;
 /// What is unknown of waves a turn, and what a member is. No model names its quantities so.
@@ -56,7 +57,7 @@ fn family(
 }
 
 /// The line of a family from one member to another.
-fn range(name: &str, unit: &str, (from, to): (&str, &str)) -> String {
+pub(super) fn range(name: &str, unit: &str, (from, to): (&str, &str)) -> String {
     format!("{name} = {{ unit = \"{unit}\", from = \"{from}\", to = \"{to}\" }}")
 }
 
@@ -122,24 +123,33 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
 /// lengths they are those of a screw, whether or not what is commanded is a signal; over angles those of
 /// an eccentric disc, of the poles of a motor, of a gear, of a worm.
 pub(super) fn over_inputs(model: &Model) -> Vec<Covariate> {
-    let few = |is_own: fn(&InputDeclaration) -> bool| {
-        let own = model.inputs.iter().filter(|input| is_own(input)).map(|input| &input.name);
-        let own: Vec<&String> = own.collect();
-        if directions(model).is_empty() && own.len() <= MOST_OVER { own } else { Vec::new() }
+    let lengths = over_few(model, is_length, |one| Some(over_length(&one.name)));
+    let of_teeth = |one: &InputDeclaration| {
+        Some(orders_of("teeth of", &one.name, whole(FINEST + 1..=FINEST_OF_TEETH)))
     };
-    let lengths = few(is_length).into_iter().map(|length| over_length(length));
-    let angles = few(|input| input.unit.is_angle()).into_iter().flat_map(|angle| {
-        let of_teeth = whole(FINEST + 1..=FINEST_OF_TEETH);
-        [orders_of("fine", angle, whole_and_half()), orders_of("teeth of", angle, of_teeth)]
-    });
-    lengths.chain(angles).collect()
+    let fine = |one: &InputDeclaration| Some(orders_of("fine", &one.name, whole_and_half()));
+    let is_angle = |one: &InputDeclaration| one.unit.is_angle();
+    let angles = over_few(model, is_angle, fine).into_iter();
+    let teeth = over_few(model, is_angle, of_teeth);
+    lengths.into_iter().chain(angles.zip(teeth).flat_map(|(fine, teeth)| [fine, teeth])).collect()
+}
+
+/// Families over inputs of a kind where these are few, in models without a target that they could displace.
+fn over_few(
+    model: &Model,
+    is_own: impl Fn(&InputDeclaration) -> bool,
+    over: impl Fn(&InputDeclaration) -> Option<Covariate>,
+) -> Vec<Covariate> {
+    let own: Vec<&InputDeclaration> = model.inputs.iter().filter(|one| is_own(one)).collect();
+    let are_few = directions(model).is_empty() && own.len() <= MOST_OVER;
+    own.into_iter().filter(|_| are_few).filter_map(over).collect()
 }
 
 /// Waves of any order of a reading over angles that go through many turns, in models without a target:
 /// those of another shaft of a gearbox, or of a belt. Over what may be read modulo one turn each run
 /// begins in a turn that is not known: its waves have phases of their own.
 pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
-    let turns = |input: &&InputDeclaration| {
+    let turns = |input: &InputDeclaration| {
         let is_own = |one: &Spread| one.input == input.name && one.span >= MANY_TURNS * TAU;
         // Only of a signal the turns are counted on where it is read modulo one.
         let is_counted = input.signal || input.period.is_none();
@@ -148,10 +158,9 @@ pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> 
     let over = |input: &InputDeclaration| {
         let terms = wave(&format!("{ORDER} * {}", input.name));
         let waves = family(("any order", &input.name), A_TURN, range(ORDER, "1", ANY), terms);
-        if input.period.is_some() { waves.per("run") } else { waves }
+        Some(if input.period.is_some() { waves.per("run") } else { waves })
     };
-    let angles: Vec<Covariate> = model.inputs.iter().filter(turns).map(over).collect();
-    if directions(model).is_empty() && angles.len() <= MOST_OVER { angles } else { Vec::new() }
+    over_few(model, turns, over)
 }
 
 /// Waves of a reading over inputs that go over a long way, or over a short one: those of a rail that bends,
@@ -165,13 +174,25 @@ pub(super) fn of_any_length(model: &Model, spreads: &[Spread]) -> Vec<Covariate>
         }
         (span < SHORT).then(|| waves_a_metre("finest", &input.name, (to, MOST_WAVES / span)))
     };
-    let lengths: Vec<&InputDeclaration> =
-        model.inputs.iter().filter(|one| is_length(one)).collect();
-    if directions(model).is_empty() && lengths.len() <= MOST_OVER {
-        lengths.into_iter().filter_map(over).collect()
-    } else {
-        Vec::new()
-    }
+    over_few(model, is_length, over)
+}
+
+/// Waves of a reading over inputs that count: steps of a motor, lines of an encoder on a belt or a screw.
+pub(super) fn over_counts(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
+    let is_count = |input: &InputDeclaration| {
+        let unit = &input.unit;
+        unit.dimension == Dimension::NONE && !unit.is_angle() && unit.factor == 1.0
+    };
+    let over = |input: &InputDeclaration| {
+        let span = spreads.iter().find(|one| one.input == input.name)?.span;
+        let period = "unknown_count";
+        let terms = wave(&format!("2 * pi * {} / {period}", input.name));
+        let ends = [span / MOST_WAVES, span / FEWEST].map(|end| end.to_string());
+        let line = range(period, "1", (&ends[0], &ends[1]));
+        let words = "a wave every {member}";
+        (span >= MANY_COUNTS).then(|| family(("waves over", &input.name), words, line, terms))
+    };
+    over_few(model, is_count, over)
 }
 
 /// Waves of a reading over itself, each by itself: over a shaft that is counted on over turns, and over
@@ -212,49 +233,30 @@ pub(super) fn settling(model: &Model) -> Covariate {
     family(("rest in", RUN_TIME), "exponential settling in {member} s", line, terms)
 }
 
-/// An oscillation of all readings from where slow waves end, with phases and strengths of each run's own.
-pub(super) fn in_time(model: &Model) -> Vec<Block> {
-    let all = &model.measurands;
-    let (of, what) = match all.as_slice() {
-        [one] => (Of::Measurand(one.name.clone()), format!("`{}`", one.name)),
-        _ => (Of::Channel(ALL_READINGS.to_owned()), "the readings".to_owned()),
-    };
-    let place = Place::new(of, OSCILLATION, format!("an oscillation of {what} at {{member}} Hz"));
-    let (mut coefficients, mut patches) = (Vec::new(), String::new());
-    for (number, measurand) in all.iter().enumerate() {
-        let name = measurand.name.as_str();
-        let is_turn = measurand.kind == MeasurandKind::Rotation;
-        let along = AXES.map(|axis| format!(" * {axis}"));
-        let along = if is_turn { &along[..] } else { &[String::new()] };
-        let mut wave = Vec::new();
-        for (axis, along) in along.iter().enumerate() {
-            for phase in ["cos", "sin"] {
-                let coefficient = format!("unknown_{phase}_{number}_{axis}");
-                wave.push(format!(
-                    "{coefficient} * {phase}(2 * pi * unknown_frequency * run_time){along}"
-                ));
-                coefficients.push((coefficient, Unit::coherent(measurand.unit.dimension)));
-            }
-        }
-        let sum = wave.join(" + ");
-        patches.push_str(&match is_turn {
-            true => format!("{name} = '{name} * turn({sum})'\n"),
-            false => format!("{name} = '{name} + {sum}'\n"),
-        });
-    }
-    // Models with other measurands have another family.
-    let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
-    let name = format!("unknown_oscillation_{}", names.join("_"));
-    let line = range("unknown_frequency", "Hz", ("0.1 Hz", "10 Hz"));
-    made(&name, &place, (&coefficients, "run"), &line, &patches).into_iter().collect()
-}
-
 #[cfg(test)]
 mod tests {
     #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
     use super::*;
     use crate::diagnostic::Source;
+
+    #[test]
+    fn waves_over_counts_are_those_of_what_counts() {
+        let inputs = "inputs.lines = { unit = \"count\" }\ninputs.load = { unit = \"%\" }\ninputs.turns = { unit = \"rad\" }\n";
+        let read = "measurands.read = { value = '1e-3 * lines', unit = \"1\" }\n";
+        let text = format!("name = \"belt\"\ntitle = \"Belt\"\n{inputs}{read}");
+        let model = Model::parse(Source::new("belt.toml", text)).unwrap();
+        let waves = |span: f64| {
+            let all = ["lines", "load", "turns"];
+            let spreads = all.map(|name| Spread::of_knots(name.to_owned(), Vec::new(), span));
+            over_counts(&model, &spreads)
+        };
+        let found = waves(3e4);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].words, "lines, a wave every {member}");
+        assert!(found[0].family.contains("from = \"30\", to = \"20000\""));
+        assert!(waves(12.0).is_empty());
+    }
 
     /// Over a rail of 60 m waves may be longer, over 0.2 mm of a scale shorter than those over a metre or two.
     #[test]
