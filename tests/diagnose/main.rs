@@ -70,3 +70,4 @@ mod waves_over_runs;
 mod waves_over_time;
 mod weak_noise;
 mod written;
+mod wrong_setups;

@@ -136,11 +136,15 @@ fn outliers(components: &Components) -> Vec<Outlier> {
     for ((_, measurand, _), runs) in components {
         let deviation = robust(runs.values().flatten().map(|one| &one.2)).unwrap_or(0.0);
         for (run, values) in runs {
-            for (sample, _, value) in values {
-                if value.abs() > NOISE * deviation && deviation > 0.0 {
-                    let deviations = value.abs() / deviation;
-                    found.push(Outlier { at: (*run, *sample, *measurand), deviations });
-                }
+            let is_far = |value: f64| value.abs() > NOISE * deviation && deviation > 0.0;
+            let far = values.iter().filter(|one| is_far(one.2)).map(|(sample, _, value)| {
+                let deviations = value.abs() / deviation;
+                Outlier { at: (*run, *sample, *measurand), deviations }
+            });
+            let far: Vec<Outlier> = far.collect();
+            // A run of which most readings are far out differs as a whole: that is structure.
+            if far.len() < OUTLIERS || 2 * far.len() <= values.len() {
+                found.extend(far);
             }
         }
     }

@@ -46,7 +46,9 @@ pub(super) fn without_spoiling(nominal: &Calibration, options: &Options) -> Clea
     if !is_spoilt(nominal) || !nominal.is_sound() {
         return Ok(None);
     }
-    without_wrong(&nominal.problem, nominal.variance_factor(), options)
+    let found = without_wrong(&nominal.problem, nominal.variance_factor(), options)?;
+    // What all readings determine is not to be lost with some of them.
+    Ok(found.filter(|(rest, _)| rest.is_sound()))
 }
 
 /// Leaves out what is far out where the fit is sound without a run or two, and fits again. `spoilt` is

@@ -12,12 +12,15 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::diagnose::found::{LeftOut, Wrong};
+use crate::engine::gram::LeastSquares;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::observability::examine;
 use crate::estimate::refit::calibrate_near;
 use crate::estimate::residuals::{Far, Residuals, seen_from};
 use crate::estimate::trimmed::{TrimmedFit, drawn_starts, starts, trimmed_fit};
+use crate::estimate::withheld::limits;
 
 use super::Cleaned;
 use super::bursts::{FAR, TRIM, bursts};
@@ -114,8 +117,8 @@ fn places(left_out: &LeftOut) -> BTreeSet<(&str, &str, usize, usize)> {
     readings.chain(stretches).collect()
 }
 
-/// The trimmed fit of least robust scatter: from where the fit of all stopped and, where that is
-/// spoilt, from fits to parts of the runs.
+/// The trimmed fit of least robust scatter, of those that determine all parameters if there are any: from
+/// where the fit of all stopped and, where that is spoilt, from fits to parts of the runs.
 fn sturdiest(nominal: &Calibration, options: &Options) -> Result<Option<TrimmedFit>, FitError> {
     let whole = &nominal.problem;
     let mut fits = vec![trimmed_fit(whole, &nominal.fit.point, STEPS, farthest, options)?];
@@ -130,7 +133,15 @@ fn sturdiest(nominal: &Calibration, options: &Options) -> Result<Option<TrimmedF
         one.seen.iter().filter(|one| !one.deviation.is_nan()).map(of).sum()
     };
     fits.retain(|one| one.converged);
-    Ok(fits.into_iter().min_by(|a, b| scatter(a).total_cmp(&scatter(b))))
+    fits.sort_by(|a, b| scatter(a).total_cmp(&scatter(b)));
+    // Without all readings that determine a parameter the others may scatter less.
+    let limits = limits(whole, &nominal.fit);
+    let determines = |one: &TrimmedFit| {
+        let examined = examine(&one.rest.normal(&one.point), &limits);
+        examined.is_ok_and(|found| found.directions.is_empty())
+    };
+    let best = fits.iter().position(determines).unwrap_or(0);
+    Ok(fits.into_iter().nth(best))
 }
 
 /// A sequence without its readings in some stretches.
