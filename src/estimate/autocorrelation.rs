@@ -6,7 +6,7 @@
 //! is by how many times the variance of a parameter is too small that acts evenly over as many
 //! readings. It does not tell noise with a memory from an effect that the model lacks.
 
-use crate::engine::Problem;
+use crate::engine::{Point, Problem};
 use crate::estimate::calibrate::Calibration;
 
 /// Batches that a size needs to count.
@@ -96,20 +96,25 @@ impl Batches {
 
 /// Over how many readings residuals are correlated at most; 0 where they are not.
 pub fn longest(fit: &Calibration) -> u64 {
-    all(fit).iter().map(|one| one.readings).max().unwrap_or(0)
+    all(&fit.problem, &fit.fit.point).iter().map(|one| one.readings).max().unwrap_or(0)
+}
+
+/// By how many times fewer independent readings are worth as much as those at a point; 1 where
+/// residuals are not correlated.
+pub(crate) fn fewer(problem: &Problem, point: &Point) -> f64 {
+    all(problem, point).iter().map(|one| one.times.powi(2)).fold(1.0, f64::max)
 }
 
 /// The measurands whose residuals are correlated at an estimate, the worst first.
 pub fn autocorrelated(fit: &Calibration) -> Vec<Autocorrelated> {
-    let mut found = all(fit);
+    let mut found = all(&fit.problem, &fit.fit.point);
     found.retain(|one| one.times > LEAST);
     found.sort_by(|a, b| b.of_both().total_cmp(&a.of_both()));
     found
 }
 
 /// The measurands whose residuals are correlated, worth a word or not.
-fn all(fit: &Calibration) -> Vec<Autocorrelated> {
-    let problem: &Problem = &fit.problem;
+fn all(problem: &Problem, point: &Point) -> Vec<Autocorrelated> {
     let mut found: Vec<Autocorrelated> = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         let names = &part.system.assembly.names.measurands;
@@ -121,7 +126,7 @@ fn all(fit: &Calibration) -> Vec<Autocorrelated> {
             .collect();
         let mut all = vec![Batches::default(); components.len()];
         for r in 0..part.runs.len() {
-            problem.visit_residuals(p, r, &fit.fit.point, &mut |_, values| {
+            problem.visit_residuals(p, r, point, &mut |_, values| {
                 for ((_, place), batches) in components.iter().zip(&mut all) {
                     let residual = values[*place];
                     if residual.is_finite() {
@@ -134,7 +139,7 @@ fn all(fit: &Calibration) -> Vec<Autocorrelated> {
         for ((m, _), batches) in components.iter().zip(&all) {
             let Some((readings, ratio)) = batches.most() else { continue };
             let (measurand, times) = (names[*m].name.clone(), ratio.sqrt());
-            let level = batches.rms() / problem.rms_sigma(&fit.fit.point, p, *m);
+            let level = batches.rms() / problem.rms_sigma(point, p, *m);
             let own = Autocorrelated { measurand, times, level, readings };
             match found.iter_mut().find(|one| one.measurand == own.measurand) {
                 Some(one) if one.times >= times => {}

@@ -12,6 +12,7 @@
 //! |---|---|
 //! | `channels` | which numbers are vectors, quaternions and poses |
 //! | `applied` | the numbers as a convention has them |
+//! | `unit_length` | numbers whose values show that they have no unit |
 //! | `units` | other units than those that are stated |
 //! | `composed` | two conventions for one number |
 //! | `sequence` | one after the other, for whatever numbers |
@@ -50,6 +51,7 @@ mod suspect;
 mod trimmed;
 mod turns;
 mod typed;
+mod unit_length;
 mod units;
 
 use applied::Suspected;
@@ -62,6 +64,7 @@ use set_right::{set_right, set_two_right};
 use suspect::Suspect;
 pub use turns::ChangedFormula;
 use turns::Reordered;
+use unit_length::of_unit_length;
 use units::other_units;
 
 /// Samples on which each convention is tried, and on which the best are compared.
@@ -163,7 +166,9 @@ pub fn mistaken(
     let first = problem.parts.first()?;
     let heads: Vec<(String, Unit)> =
         problem.parts.iter().flat_map(|part| part.head_units.iter().cloned()).collect();
-    let channels = Channels::of(&first.system.assembly.names, &heads);
+    let whole = Thinned::of(&with_periods(problem), SAMPLES[1]);
+    let numbers = whole.late_by(0.0, &[])?;
+    let channels = Channels::of(&first.system.assembly.names, &heads, &of_unit_length(&numbers));
     // A convention belongs to files: several campaigns of one model are read alike.
     let names = |part: &Part| -> Vec<(String, Dimension)> {
         let names = &part.system.assembly.names;
@@ -188,8 +193,7 @@ pub fn mistaken(
     let turns = Reordered::all(&first.system.assembly.names).into_iter().map(Suspect::Turns);
     let of_all: Vec<Suspect<'_>> =
         read.iter().cloned().map(Suspect::Columns).chain(turns).collect();
-    let whole = Thinned::of(&with_periods(problem), SAMPLES[1]);
-    let problem = whole.late_by(0.0, &[])?;
+    let problem = numbers;
     let stated = start(&problem).0;
     let fitted = fitted.and_then(|point| with_stated(&problem, point, &stated));
     let begins = [Some(stated), fitted].into_iter().flatten();

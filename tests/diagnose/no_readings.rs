@@ -83,6 +83,32 @@ fn saturated_readings_are_left_out() {
     assert_eq!(at(low) + at(high), readings.len(), "{}", told(&found));
 }
 
+/// A log that stands still for a while bends the fit, but not what is seen of the limits, nor these what
+/// is seen of it.
+#[test]
+fn limits_and_a_frozen_log_are_seen_beside_each_other() {
+    let (low, high, frozen) = (-0.055, 0.064, 800..860);
+    let mut held = 0.0;
+    let shown = |row: usize, reading: f64| {
+        let reading = reading.clamp(low, high);
+        if !frozen.contains(&row) || row == frozen.start {
+            held = reading;
+        }
+        held
+    };
+    let (_folder, opened) = gauge(shown, 6);
+    let found = diagnosed(&opened);
+    assert_eq!(names(&found), [""; 0], "{}", told(&found));
+    assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+    let readings = &found.left_out.readings;
+    for limit in [low, high] {
+        let all = readings.iter().filter(|one| one.instead == Some(NoReading::Limit(limit)));
+        assert!(all.count() > 20, "{}", told(&found));
+    }
+    let [stretch] = &found.left_out.stretches[..] else { panic!("{}", told(&found)) };
+    assert_eq!((stretch.how, stretch.readings), (Wrong::Repeated, 59), "{}", told(&found));
+}
+
 /// The slide itself stands still at its ends: its readings are right.
 #[test]
 fn an_end_at_which_the_rig_stands_is_no_limit() {

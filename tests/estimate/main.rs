@@ -59,3 +59,4 @@ mod two_routes;
 mod units_mistaken;
 mod units_of_heads;
 mod units_of_logs;
+mod units_of_one_run;

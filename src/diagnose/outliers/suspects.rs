@@ -1,16 +1,19 @@
 //! Readings that may be none: error codes, and limits at which an instrument is saturated.
 //!
 //! All of them are left out first. The caller confirms them by their residuals from the fit without
-//! them; the others are put back, and so on until all that are out are confirmed.
+//! them; the others are put back, and so on until all that are out are confirmed. Other wrong readings,
+//! such as a stretch that is frozen, do not bend that fit: it is trimmed where it leaves a large misfit.
 
 use crate::diagnose::found::{LeftOut, NoReading};
-use crate::estimate::batch::Options;
+use crate::engine::Point;
+use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::refit::calibrate_near;
 use crate::estimate::residuals::{Far, Residuals, leave_out, seen_from};
 
 use super::Cleaned;
 use super::left_out::{if_sound, listed};
+use super::lost::{GROSS_FACTOR, robust_fit};
 
 /// Readings of a measurand that may be none.
 pub(super) struct Suspect {
@@ -60,7 +63,7 @@ pub(super) fn without_suspects(
         let mut rest = problem.clone();
         suspects.iter().for_each(|one| leave_out(&mut rest, one.of, &one.at));
         let fitted = calibrate_near(rest, &nominal.fit.point, options)?;
-        let seen = seen_from(problem, &fitted.fit.point);
+        let seen = seen_from(problem, &unbent(&fitted, options)?);
         let known = suspects.len();
         suspects.retain(|suspect| {
             let mut own = seen.iter().filter(|one| one.of() == suspect.of);
@@ -84,4 +87,16 @@ pub(super) fn without_suspects(
     let far: Vec<Far> = seen.iter().map(out).collect();
     let readings = listed(problem, &seen, &far, number);
     Ok(if_sound(nominal, fitted, LeftOut { readings, ..LeftOut::default() }))
+}
+
+/// Where a fit ends that other outliers do not bend.
+fn unbent(fitted: &Calibration, options: &Options) -> Result<Point, FitError> {
+    let point = &fitted.fit.point;
+    if fitted.variance_factor().is_some_and(|factor| factor > GROSS_FACTOR) {
+        let robust = robust_fit(&fitted.problem, point, false, options)?;
+        if robust.converged {
+            return Ok(robust.point);
+        }
+    }
+    Ok(point.clone())
 }

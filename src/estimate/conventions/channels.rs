@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::convention::{Convention, Form};
+use crate::estimate::conventions::units::scale;
 use crate::formula::{Axis, Expression, ExpressionKind, Formula, Function};
 use crate::graph::{MeasurandKind, Names};
 use crate::units::{Dimension, Unit};
@@ -30,6 +31,8 @@ pub(super) struct Channel {
     pub(super) heads: Vec<Unit>,
     /// Whether a file states one.
     pub(super) is_headed: bool,
+    /// Whether its unit follows from its values: the components of a quaternion have none.
+    pub(super) is_sure: bool,
 }
 
 /// The logged numbers of a model, by what they make together.
@@ -40,8 +43,8 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// `heads` are the units that files state, by name.
-    pub(super) fn of(names: &Names, heads: &[(String, Unit)]) -> Self {
+    /// `heads` are the units that files state, by name; `sure` are the inputs without a unit.
+    pub(super) fn of(names: &Names, heads: &[(String, Unit)], sure: &BTreeSet<usize>) -> Self {
         let heads_of = |name: &str, unit: &Unit| -> Vec<Unit> {
             let own = heads.iter().filter(|(of, _)| of == name);
             let own: Vec<Unit> = own.map(|(_, head)| head.clone()).collect();
@@ -55,7 +58,7 @@ impl Channels {
                 column += 1;
                 let (source, unit) = (Source::Reading(column - 1), measurand.unit.clone());
                 let (heads, is_headed) = (heads_of(&name, &unit), is_headed(&name));
-                Channel { name, source, unit, heads, is_headed }
+                Channel { name, source, unit, heads, is_headed, is_sure: false }
             };
             match measurand.kind {
                 MeasurandKind::Rotation => quaternions.push(
@@ -75,6 +78,7 @@ impl Channels {
             unit: input.unit.clone(),
             heads: heads_of(&input.name, &input.unit),
             is_headed: is_headed(&input.name),
+            is_sure: sure.contains(&index),
         }));
         let mut vectors: Vec<Vec<Channel>> = Vec::new();
         let together = |parts: &[Expression], into: &mut Vec<Vec<Channel>>| {
@@ -130,7 +134,9 @@ impl Channels {
     pub(super) fn for_convention(&self, convention: &Convention) -> (Vec<Vec<Channel>>, usize) {
         let fits = |one: &Channel| {
             let is_headed = |head: &Unit| one.heads.iter().any(|own| own.symbol == head.symbol);
-            convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
+            let is_another_unit = scale(convention).is_some_and(|scale| scale.abs() != 1.0);
+            !(one.is_sure && is_another_unit)
+                && convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
                 && convention.head.as_ref().is_none_or(is_headed)
         };
         let mut all: Vec<Vec<Channel>> = match convention.form {

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use crate::engine::Problem;
+use crate::estimate::autocorrelation::fewer;
 use crate::estimate::minima::thinned::Thinned;
 
 use super::looked::Looked;
@@ -24,6 +25,8 @@ const FIRSTS: usize = 8;
 const SECONDS: usize = 30;
 /// Conventions that fit so many times worse than the best are not compared.
 const HOPELESS: f64 = 30.0;
+/// What exceeds the least chi squared by so many times its variance factor fits worse by more than noise.
+const DECISIVE: f64 = 50.0;
 /// Residuals more than five times smaller than stated are no matter of a careful statement.
 const TOO_GOOD: f64 = 0.04;
 
@@ -142,6 +145,7 @@ pub(super) fn next_of<'s, 'c>(
     }
     // A step on the way may still fit badly, and be within reach with the next alone.
     compared.retain(|one| one.looked.variance_factor >= GOOD || one.typed.is_better(stands));
+    drop_decidedly_worse(&mut compared);
     let of_all = compared.iter().map(|one| one.typed.of_all).fold(f64::INFINITY, f64::min);
     let is_of_some = |one: &Compared<'_, '_>| one.typed.of_all >= (ALIKE * of_all).max(GOOD);
     let off = |one: &Compared<'_, '_>| one.looked.variance_factor.ln().abs();
@@ -169,6 +173,28 @@ pub(super) fn next_of<'s, 'c>(
         })
         .collect();
     Some(Next { sequence, looked: looked.improved(), typed, alike })
+}
+
+/// Drops what noise does not explain beside the fit of least chi squared, where that is as good as stated:
+/// of many readings a small part of chi squared is far more than noise. Readings that are made larger
+/// are not dropped for the digits that they lack.
+fn drop_decidedly_worse(compared: &mut Vec<Compared<'_, '_>>) {
+    let stated = |one: &Compared<'_, '_>| one.looked.score.as_stated;
+    let best = compared.iter().min_by(|a, b| stated(a).total_cmp(&stated(b)));
+    let Some(Looked { problem, point, variance_factor, score, .. }) = best.map(|one| &one.looked)
+    else {
+        return;
+    };
+    if *variance_factor >= GOOD || is_too_good(*variance_factor) {
+        return;
+    }
+    // Correlated residuals are worth fewer readings.
+    let readings = problem.component_count() as f64 / fewer(problem, point);
+    let (most, best) = ((DECISIVE / readings).ln_1p(), *score);
+    compared.retain(|one| {
+        let own = one.looked.score;
+        own.as_stated <= best.as_stated + most || own.relative <= best.relative + most
+    });
 }
 
 /// Whether residuals are far smaller than stated.
