@@ -18,6 +18,7 @@ mod misread;
 pub mod neighbours;
 mod no_covariates;
 pub mod noise;
+pub mod noise_of_runs;
 pub mod noise_or_blocks;
 pub mod noise_scale;
 pub mod pieces;

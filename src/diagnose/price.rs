@@ -45,6 +45,27 @@ pub fn ln_bayes_factor(gain: Gain, members: usize, candidates: usize) -> f64 {
     if gain.degrees == 0 { -1.0 } else { 0.5 * gain.gain - price(gain, members, candidates) }
 }
 
+/// The same where the noise is known from so many degrees of freedom of a model without the term: few values
+/// that explain nearly all that there is make noise look larger than it is. The Bayes factor of the prior
+/// above with the noise integrated out (Liang et al. 2008), which it is of many degrees of freedom.
+pub fn ln_bayes_factor_of_any_noise(
+    gain: Gain,
+    freedom: f64,
+    members: usize,
+    candidates: usize,
+) -> f64 {
+    let k = gain.degrees as f64;
+    let (left, share) = (freedom - k, (gain.gain / freedom).clamp(0.0, MOST_EXPLAINED));
+    if gain.degrees == 0 || 2.0 * left < k {
+        return -1.0;
+    }
+    let width = (share / (1.0 - share) * left / k).max(1.0);
+    let choices = members.max(1) as f64 * candidates.max(1) as f64;
+    0.5 * (left * width.ln() - freedom * (1.0 + (width - 1.0) * (1.0 - share)).ln()) - choices.ln()
+}
+
+/// Share of chi squared that a term explains, as far as it counts: readings are rounded.
+const MOST_EXPLAINED: f64 = 1.0 - 1e-9;
 /// Noncentrality below which an effect counts as none.
 const SMALLEST: f64 = 2.0;
 /// Part of a log Bayes factor below which differences are rounding: gains are sums over readings, and a

@@ -159,7 +159,7 @@ fn an_alias_of_one_row_widens_the_values_of_others() {
         let way = 1.0 + 2.0 * random.uniform();
         let turn = if i % 8 == 0 { -0.6 } else { 0.6 } * (0.2 + random.uniform());
         let (left, right) = (way - 0.5 * turn, way + 0.5 * turn);
-        let [real_left, real_right] = [left * 1.0006, right * (1.0 - 0.0045)];
+        let [real_left, real_right] = [left * 1.0004, right * (1.0 - 0.0045)];
         let heading = (real_right - real_left) / (0.3 * 1.02) + 2e-3 * random.normal();
         let path = 0.5 * (real_left + real_right) + 2e-3 * random.normal();
         log.push_str(&format!("{left:.4},{right:.4},{heading:.5},{path:.5}\n"));

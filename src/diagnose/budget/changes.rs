@@ -48,14 +48,11 @@ impl Linear {
         }
         let models = Models::of(selection, model);
         let coarse = self.best_moments(selection, &models, &bases, &bins);
-        // A stretch has two ends.
-        let tried = |one: &Change| one.end.map_or(samples, |_| one.members.max(samples));
-        let choices = |one: &Change| self.choices(one, tried(one));
-        let weak = |one: &Change| 2.0 * (ENTER + (choices(one) as f64).ln());
+        let weak = 2.0 * (ENTER + (samples.max(1) as f64).ln());
         // Those in the place of a term are larger than those beside it, and must not hide these.
         let strong_of = |is_in_place: bool| {
             let own = coarse.iter().filter(|(in_place, _)| *in_place == is_in_place);
-            let own = own.map(|(_, one)| one).filter(|one| one.gain.gain > weak(one));
+            let own = own.map(|(_, one)| one).filter(|one| one.gain.gain > weak);
             let mut strong: Vec<Change> = own.cloned().collect();
             strong.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
             Change::keep_one_of_a_kind(&mut strong, MOST_STRONG);
@@ -88,7 +85,7 @@ impl Linear {
         let found: Vec<_> = strong.par_iter().map(fine).collect();
         let found = found.into_iter().flatten();
         let mut found: Vec<Change> =
-            found.map(|(_, one)| Change { members: choices(&one), ..one }).collect();
+            found.map(|(_, one)| Change { members: one.members.max(samples), ..one }).collect();
         let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);
         let known = || model.iter().filter_map(|term| selection.terms[*term].change.as_ref());
         found.retain(|one| ln_bayes(one) >= ENTER && !known().any(|known| one.is_near(known)));
@@ -98,18 +95,6 @@ impl Linear {
         found.extend(siblings);
         found.extend(self.runs_in_place(selection, model));
         found
-    }
-
-    /// Among how many changes one is chosen of which so many were tried. Rigs are changed between runs:
-    /// half of the prior is for changes that begin and end there.
-    fn choices(&self, change: &Change, tried: usize) -> usize {
-        let (run, first) = change.at;
-        let is_between = |end: usize| end == self.fitted.problem.samples_in(run);
-        match self.order.len() {
-            1 => tried,
-            runs if first == 0 && change.end.is_none_or(is_between) => 2 * runs,
-            _ => 2 * tried,
-        }
     }
 
     /// The same change of the other components of a vector or a rotation: what was mounted anew stands

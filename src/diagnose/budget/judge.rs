@@ -59,6 +59,7 @@ impl Selection<'_> {
                 self.note(log, "+", best.term, best.ln_bayes);
                 let block = self.beside_rows(&model, best.term);
                 model.push(block);
+                self.set_scale(&model);
                 model = self.prune(model, log);
                 model = self.grow(model, &pools.effects, ROW, MOST, log);
             }
@@ -92,11 +93,13 @@ impl Selection<'_> {
         small.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut nameless = Vec::new();
         for (_, term) in small {
-            // Blocks may have taken its place.
+            // Blocks may have taken its place, and be all that remains.
             let with = self.prune([model.clone(), vec![term]].concat(), &mut Log::new());
             let Some(at) = with.iter().position(|own| *own == term) else { continue };
-            let keeps_rows = self.rows_of(&model).iter().all(|row| with.contains(row));
-            if !keeps_rows || self.ln_evidence(&with) < self.ln_evidence(&model) + TIE {
+            let has_no_block = self.rows_of(&with).len() == with.len();
+            let may_leave = |own: &usize| has_no_block && !self.terms[*own].is_effect();
+            let keeps_all = model.iter().all(|own| with.contains(own) || may_leave(own));
+            if !keeps_all || self.ln_evidence(&with) < self.ln_evidence(&model) + TIE {
                 continue;
             }
             let own = Pieces::new(linear, self, &with);

@@ -12,12 +12,12 @@ use rayon::prelude::*;
 
 use super::linear::Linear;
 use super::noise::{Component, Components, components, gauss_markov};
+use super::noise_of_runs::{OfRun, noise_of_runs};
 use super::selection::Selection;
 use super::terms::Term;
-use crate::diagnose::thresholds::{ENTER, NOISE, NOISE_OF_A_RUN};
+use crate::diagnose::thresholds::ENTER;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::{Part, Problem};
-use crate::statistics::{robust, upper_median};
 
 /// Residuals of a component whose noise may be autocorrelated at least.
 const LEAST_OF_COMPONENT: usize = 50;
@@ -26,21 +26,14 @@ const LEAST_OF_COMPONENT: usize = 50;
 const SURE: f64 = 20.0;
 /// The same of a component beside another one of which that is sure.
 const LIKELY: f64 = ENTER;
-/// Standard deviation of the logarithm of that from `n` readings, times `√n`.
-const SCATTER: f64 = 1.17;
 /// Change points that are tried beside autocorrelated noise.
 const MOST_CHANGES: usize = 2;
 /// Terms that are tried beside it together, and the ln Bayes factor of each.
 const MOST_STRONG: u8 = 3;
 const STRONG: f64 = 20.0;
-/// Readings of a run of which the noise is judged at least.
-const LEAST_OF_RUN: usize = 20;
 
 /// Gauss-Markov noise of a campaign's residual component.
 pub type OfComponent = (usize, usize, GaussMarkov);
-
-/// Noise of a run: campaign, run in it, measurand in it, factor on the noise of the others.
-pub type OfRun = (usize, usize, usize, f64);
 
 /// Noise that explains more than blocks do.
 #[derive(Clone, Debug)]
@@ -73,8 +66,8 @@ pub fn instead_of_blocks(
     }
     let least = if problem.has_memory() { LIKELY } else { SURE };
     let mut best: Option<(f64, Instead)> = None;
-    let mut take = |beyond: f64, gained: f64, found: Instead| {
-        if gained > least && beyond > best.as_ref().map_or(0.0, |(known, _)| *known) {
+    let mut take = |beyond: f64, found: Instead| {
+        if beyond > best.as_ref().map_or(0.0, |(known, _)| *known) {
             best = Some((beyond, found));
         }
     };
@@ -105,14 +98,14 @@ pub fn instead_of_blocks(
                     found.extend(own().flat_map(|one| one.1.iter().copied()));
                 }
             }
-            if !found.is_empty() {
-                take(beyond - price, gained, Instead::Autocorrelated(found));
+            if gained > least {
+                take(beyond - price, Instead::Autocorrelated(found));
             }
         }
-        if *kept == with_changes && !has_own_levels {
+        if !has_own_levels {
             let (gained, found) = noise_of_runs(linear, &residuals);
-            if !found.is_empty() && gained > SURE {
-                take(gained - by_blocks, gained, Instead::OfRuns(found));
+            if !found.is_empty() {
+                take(gained - by_blocks - price, Instead::OfRuns(found));
             }
         }
     }
@@ -229,66 +222,4 @@ fn autocorrelated(
         }
     }
     all
-}
-
-/// Runs whose noise differs from the others', and by how much their own
-/// factors raise the log likelihood, less their price.
-fn noise_of_runs(linear: &Linear, components: &Components) -> (f64, Vec<OfRun>) {
-    let mut by_measurand: BTreeMap<(usize, usize), Vec<&Component>> = BTreeMap::new();
-    for ((part, measurand, _), runs) in components {
-        by_measurand.entry((*part, *measurand)).or_default().push(runs);
-    }
-    let (mut gained, mut found) = (0.0, Vec::new());
-    for ((part, measurand), components) in by_measurand {
-        let mut of_run: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        for (run, values) in components.into_iter().flatten() {
-            of_run.entry(*run).or_default().extend(values.iter().map(|(.., value)| value.abs()));
-        }
-        of_run.retain(|_, sizes| sizes.len() >= LEAST_OF_RUN);
-        let robust: BTreeMap<usize, f64> =
-            of_run.iter().map(|(run, sizes)| (*run, robust(sizes).unwrap_or(0.0))).collect();
-        let mut sizes: Vec<f64> = robust.values().copied().collect();
-        // Of two runs the quieter one is as usual.
-        let usual = match sizes[..] {
-            [one, other] => one.min(other),
-            _ => upper_median(&mut sizes).unwrap_or(0.0),
-        };
-        // Where half of the residuals are zero, such as those of counts, their scatter is not known.
-        if of_run.len() < 2 || robust.values().any(|one| *one <= 0.0) {
-            continue;
-        }
-        let is_own = |run: &usize| {
-            let ratio = (robust[run] / usual).ln();
-            let score = ratio.abs() * (of_run[run].len() as f64).sqrt() / SCATTER;
-            score > NOISE && ratio.abs() > NOISE_OF_A_RUN.ln()
-        };
-        let own: Vec<usize> = of_run.keys().copied().filter(is_own).collect();
-        if own.is_empty() || 2 * own.len() > of_run.len() {
-            continue;
-        }
-        // Outliers are no noise.
-        let sums = |run: &usize| {
-            let kept = of_run[run].iter().filter(|size| **size <= NOISE * robust[run]);
-            kept.fold((0.0, 0.0), |(n, sum), size| (n + 1.0, sum + size * size))
-        };
-        let total =
-            |runs: &[usize]| runs.iter().map(sums).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-        let ln_likelihood = |runs: &[usize]| {
-            let (n, sum) = total(runs);
-            if n > 0.0 { -0.5 * n * (sum / n).ln() } else { 0.0 }
-        };
-        let all: Vec<usize> = of_run.keys().copied().collect();
-        let others: Vec<usize> = all.iter().copied().filter(|run| !own.contains(run)).collect();
-        let ((n, sum), (readings, _)) = (total(&others), total(&all));
-        gained += ln_likelihood(&others) - ln_likelihood(&all);
-        for run in own {
-            gained += ln_likelihood(&[run]) - 0.5 * readings.ln() - (all.len() as f64).ln();
-            let own = sums(&run);
-            let factor = (own.1 / own.0 / (sum / n)).sqrt();
-            let (_, of_part) = linear.fitted.problem.run_at(run);
-            let first = linear.sums.first_measurand[part];
-            found.push((part, of_part, measurand - first, factor));
-        }
-    }
-    (gained, found)
 }

@@ -52,6 +52,13 @@ pub fn white_scale(linear: &Linear, scale: &[f64]) -> Vec<f64> {
                 white[number] = white[number].min(scale[number] * (1.0 - noise.share()).sqrt());
             }
         }
+        // A run that is so far from the others is no noise, either.
+        for measurand in 0..data.sigma.len() {
+            let most = data.run_levels.iter().fold(1.0_f64, |most, one| most.max(one[measurand]));
+            if most > FAR_BEYOND_STATED {
+                white[linear.sums.first_measurand[part] + measurand] *= most;
+            }
+        }
     }
     white
 }

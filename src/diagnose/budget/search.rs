@@ -85,7 +85,10 @@ impl Selection<'_> {
         if self.has_most_blocks(model) {
             return None;
         }
-        let ranked = self.ranked(model, &pools.blocks);
+        let mut ranked = self.ranked(model, &pools.blocks);
+        if ranked.first().is_some_and(|best| best.ln_bayes < ENTER) {
+            self.rank_under_any_noise(model, &mut ranked);
+        }
         ranked.first().copied().filter(|best| best.ln_bayes >= ENTER)
     }
 

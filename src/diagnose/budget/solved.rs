@@ -1,5 +1,5 @@
-//! Values of a budget with their covariance. The values of effects have no prior; those of the other
-//! parts of the remainder have: normal about zero, as wide as what was found of the remainder.
+//! Values of a budget with their covariance. The values of rows have no prior; those of a remainder in
+//! which there are blocks have: normal about zero, as wide as what was found of the remainder.
 //!
 //! A block of the remainder may contain nearly all of a row's form. Without a prior it would take
 //! the row's value with it, and what is left to the row would be a small difference of large values.
@@ -42,9 +42,11 @@ impl Solved {
     /// Of a model whose terms at `rest` are the remainder.
     pub fn of(selection: &Selection<'_>, model: &[usize], rest: &[usize], gains: &[Gain]) -> Self {
         let terms = selection.ranges(model);
-        // An effect without a name is one all the same.
-        let blocks = rest.iter().filter(|at| !selection.terms[model[**at]].is_effect());
-        let priors: Vec<(usize, DMatrix<f64>)> = blocks
+        // Beside blocks an effect without a name may be what imitates them.
+        let has_blocks = rest.iter().any(|at| !selection.terms[model[*at]].is_effect());
+        let priors: Vec<(usize, DMatrix<f64>)> = rest
+            .iter()
+            .filter(|_| has_blocks)
             .filter_map(|at| Some((terms[*at].start, prior(selection, model[*at], gains[*at])?)))
             .collect();
         let (values, covariance) = selection.factored_under(model, &priors).solved();

@@ -39,6 +39,8 @@ mod waves;
 
 /// Waves over a signal, where few things move and where many do.
 const ORDERS: (usize, usize) = (8, 3);
+/// Inputs with a value for each of many places, at most.
+const MOST_WITH_LEVELS: usize = 4;
 /// Waves of an error in time and of a pedestal.
 const COARSE_ORDERS: usize = 2;
 /// Waves of what goes otherwise there than back, at most.
@@ -87,6 +89,11 @@ pub(in crate::diagnose) fn over_values(recipes: &[Recipe], spreads: &[Spread]) -
             all.extend(plain(model).flat_map(|one| errors(one, &covariates)));
         }
         let mut of_readings = together::products(model, spreads);
+        let levels = spreads.iter().filter(|one| !one.levels.is_empty()).filter_map(|own| {
+            let input = model.inputs.iter().find(|one| one.name == own.input)?;
+            Some(covariate::levels(input, own))
+        });
+        of_readings.extend(levels.take(MOST_WITH_LEVELS));
         of_readings.extend(waves::of_any_order(model, spreads));
         of_readings.extend(waves::of_any_length(model, spreads));
         of_readings.extend(waves::over_counts(model, spreads));

@@ -151,8 +151,6 @@ impl Linear {
                     gain: Gain { gain, degrees: 1 },
                     members: bins.len(),
                 });
-                let moment =
-                    moment.map(|one| Change { members: self.choices(&one, bins.len()), ..one });
                 // A stretch has one end more.
                 let simpler = moment.as_ref().map_or(0.0, |one| one.gain.gain + 2.0 * ENTER);
                 let stretch = self.best_stretch(*base, sum, (taken_up, &stretches), bins);

@@ -6,7 +6,7 @@ use crate::diagnose::budget::judge::Objection;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::neighbours::without_shared;
 use crate::diagnose::budget::noise::{Outlier, few_are_far, leave_out, noise};
-use crate::diagnose::budget::noise_or_blocks::OfRun;
+use crate::diagnose::budget::noise_of_runs::OfRun;
 use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::variant::Variant;
@@ -111,8 +111,11 @@ impl Search<'_> {
     /// in the library's form; whether there are such.
     fn refuse(&mut self, competed: &Competed) -> bool {
         let (mut relaxed, mut narrowed) = (false, false);
-        // What is in the model without a name competes again.
-        let is_out = |(term, _): &&(usize, Objection)| !competed.judged.nameless.contains(term);
+        // What leaves the fit, but stays in the model without a name, competes again.
+        let stays = |term: &usize| {
+            competed.judged.nameless.contains(term) && competed.linear.rows().contains(term)
+        };
+        let is_out = |(term, _): &&(usize, Objection)| !stays(term);
         for (term, objection) in competed.judged.objections.iter().filter(is_out) {
             let own = &competed.linear.terms[*term];
             let form = match objection {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::Selection;
 use super::normal::{Factored, gain_beyond_streams, ln_bayes_factor_of_sizes};
 use crate::diagnose::budget::terms::without;
-use crate::diagnose::price::{Gain, price};
+use crate::diagnose::price::{Gain, ln_bayes_factor_of_any_noise, price};
 
 /// Terms whose products with a model are taken together.
 pub(super) const TOGETHER: usize = 32;
@@ -40,6 +40,22 @@ impl Selection<'_> {
         let mut ranked: Vec<Ranked> = ranked.collect();
         ranked.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
         ranked
+    }
+
+    /// Ranks terms beside a model anew, each as if it may be most of what the model leaves: noise that this
+    /// model makes look large hides a wide one of few readings.
+    pub fn rank_under_any_noise(&self, model: &[usize], ranked: &mut [Ranked]) {
+        let readings = |of: &[usize]| of.iter().map(|one| self.sums.readings[*one]).sum::<usize>();
+        let all: Vec<usize> = (0..self.scale.len()).collect();
+        let freedom_of_a_reading = self.chi_squared(model) / readings(&all).max(1) as f64;
+        for one in ranked.iter_mut() {
+            let own = &self.terms[one.term];
+            let freedom = freedom_of_a_reading * readings(&self.measurands_of(one.term)) as f64;
+            let candidates = self.candidates(one.term);
+            let priced = ln_bayes_factor_of_any_noise(one.gain, freedom, own.members, candidates);
+            one.ln_bayes = priced + own.ln_prior;
+        }
+        ranked.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     }
 
     /// What each term of a model contributes beyond the others: with `C` the covariance of its values

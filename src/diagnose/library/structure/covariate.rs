@@ -4,6 +4,7 @@ use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::{Dimension, Unit};
 
+use super::spread::Spread;
 use crate::diagnose::library::place::{RUN, SETUP, TIME};
 
 /// Signals, or inputs, that count as few.
@@ -148,6 +149,17 @@ pub(super) fn bent(input: &InputDeclaration, knots: &[f64]) -> Covariate {
     let bend = |knot: &f64| (format!("abs({})", offset_from(input, *knot)), own);
     let terms = std::iter::once((name.clone(), own)).chain(knots.iter().map(bend));
     Covariate { name: format!("bends of {name}"), ..Covariate::new(name, terms) }
+}
+
+/// A value of its own for each of many places of an input at which it is read again and again: over what
+/// turns as waves up to half their number.
+pub(super) fn levels(input: &InputDeclaration, spread: &Spread) -> Covariate {
+    let (name, places) = (&input.name, &spread.levels);
+    let own = match spread.knots.is_empty() {
+        true => Covariate::waves(name, places.len() / 2),
+        false => bent(input, &places[1..places.len() - 1]),
+    };
+    Covariate { name: format!("levels of {name}"), ..own }
 }
 
 /// How far an input is from a place (SI).

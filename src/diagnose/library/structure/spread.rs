@@ -12,6 +12,8 @@ pub(in crate::diagnose) struct Spread {
     pub(in crate::diagnose) input: String,
     /// The places (SI) at which a line over it bends: none of what turns.
     pub(in crate::diagnose) knots: Vec<f64>,
+    /// Its places (SI) where they are more than its knots and each has several readings.
+    pub(in crate::diagnose) levels: Vec<f64>,
     /// Difference between the largest and the least value (SI).
     pub(in crate::diagnose) span: f64,
     /// Of what turns the means of cosine and sine where they are mostly constant, order by order.
@@ -29,7 +31,12 @@ impl Spread {
 
     /// Of anything else.
     pub(in crate::diagnose) fn of_knots(input: String, knots: Vec<f64>, span: f64) -> Self {
-        Self { input, knots, span, constants: [[None; 2]; ORDERS] }
+        Self { input, knots, levels: Vec::new(), span, constants: [[None; 2]; ORDERS] }
+    }
+
+    /// The same with places at which it is read again and again.
+    pub(in crate::diagnose) fn with_levels(self, levels: Vec<f64>) -> Self {
+        Self { levels, ..self }
     }
 
     /// The constant parts of cosine and sine of an order.
