@@ -23,6 +23,9 @@ pub struct Competed {
     pub scale: Vec<f64>,
 }
 
+/// A model, and the noise scale factors under which it was found.
+type Scaled = (Vec<usize>, Vec<f64>);
+
 impl Search<'_> {
     /// Rows, blocks and change points compete, and rows are judged. `None` where nominal parameters
     /// are not determined.
@@ -63,10 +66,7 @@ impl Search<'_> {
     /// The model of rows, blocks and change points that explains most, with its noise scale factors.
     /// `None` where something goes into the fit first: changes that are large, or noise that explains
     /// more than blocks.
-    fn searched(
-        &mut self,
-        linear: &mut Linear,
-    ) -> Result<Option<(Vec<usize>, Vec<f64>)>, FitError> {
+    fn searched(&mut self, linear: &mut Linear) -> Result<Option<Scaled>, FitError> {
         let mut model = linear.rows();
         let first = self.first_changes(linear, &model);
         linear.with_changes(&first);
