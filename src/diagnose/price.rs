@@ -136,7 +136,24 @@ fn ln_hypergeometric(b: f64, x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Gain, ln_bayes_factor, ln_bayes_factor_of_any_size, ln_hypergeometric};
+    use super::{
+        Gain, ln_bayes_factor, ln_bayes_factor_of_any_noise, ln_bayes_factor_of_any_size,
+        ln_hypergeometric,
+    };
+
+    /// Noise that many readings determine is known; of few, values that explain nearly all count far more.
+    #[test]
+    fn a_bayes_factor_of_any_noise_is_that_of_known_noise_for_many_readings() {
+        for (gain, degrees) in [(40.0, 1), (90.0, 5), (300.0, 23)] {
+            let gain = Gain { gain, degrees };
+            let known = ln_bayes_factor(gain, 7, 20);
+            let any = ln_bayes_factor_of_any_noise(gain, 1e8, 7, 20);
+            assert!((any - known).abs() < 1e-3, "{any} {known}");
+        }
+        let most = Gain { gain: 85.0, degrees: 23 };
+        let any = ln_bayes_factor_of_any_noise(most, 90.0, 1, 20);
+        assert!(any > ln_bayes_factor(most, 1, 20) + 20.0, "{any}");
+    }
 
     /// Over what chance gives, a proper Bayes factor is 1 on average: the sum over a grid of gains of
     /// its value times the density of chi squared.

@@ -82,7 +82,7 @@ fn an_effect_of_ones_own_is_named_in_place_of_a_wrong_stated_value() {
 }
 
 /// A carriage on rails.
-const RAIL: &str = r#"
+pub(crate) const RAIL: &str = r#"
 name = "rail"
 title = "Rail"
 [inputs]
@@ -94,7 +94,7 @@ place = 'sent'
 [measurands]
 read = { value = 'place + zero', unit = "m" }
 "#;
-const SCALE: (&str, &str, &str) = (
+pub(crate) const SCALE: (&str, &str, &str) = (
     "scale",
     "k = { unit = \"1\", typical = \"500 ppm\", scope = \"rig\" }",
     "place = 'place + k * sent'",

@@ -8,25 +8,9 @@ use homepoint::diagnose::budget::answer::Verdict;
 
 use crate::found::{names, told};
 use crate::own_effects::Campaign;
+use crate::several_causes::{RAIL, SCALE};
 use crate::stream::Stream;
 
-const RAIL: &str = r#"
-name = "rail"
-title = "Rail"
-[inputs]
-sent = { unit = "m" }
-[parameters]
-zero = { unit = "m", scope = "rig" }
-[quantities]
-place = 'sent'
-[measurands]
-read = { value = 'place + zero', unit = "m" }
-"#;
-const SCALE: (&str, &str, &str) = (
-    "scale",
-    "k = { unit = \"1\", typical = \"500 ppm\", scope = \"rig\" }",
-    "place = 'place + k * sent'",
-);
 /// From 5 to 10 m most of it is an offset and a scale.
 const BOW: (&str, &str, &str) = (
     "bow",

@@ -95,8 +95,9 @@ struct Search<'a> {
     scanned: Families,
     /// Change points of the last model with their blocks: the next one begins with them.
     changes: Vec<(String, Change)>,
-    /// Members of families of effects in the last competition, and its model, where the fit has lost only rows that it does not have.
+    /// Members of families of effects in the last competition.
     members: Scanned,
+    /// Its model, where the fit has lost only rows that it does not have.
     settled: Option<Settled>,
     /// Large ones that were fitted, by the name of their block.
     tried_changes: Vec<(String, (usize, usize), Option<usize>)>,

@@ -63,7 +63,7 @@ pub(super) fn without_suspects(
         let mut rest = problem.clone();
         suspects.iter().for_each(|one| leave_out(&mut rest, one.of, &one.at));
         let fitted = calibrate_near(rest, &nominal.fit.point, options)?;
-        let seen = seen_from(problem, &unbent(&fitted, options)?);
+        let seen = seen_from(problem, &robust_point(&fitted, options)?);
         let known = suspects.len();
         suspects.retain(|suspect| {
             let mut own = seen.iter().filter(|one| one.of() == suspect.of);
@@ -89,8 +89,8 @@ pub(super) fn without_suspects(
     Ok(if_sound(nominal, fitted, LeftOut { readings, ..LeftOut::default() }))
 }
 
-/// Where a fit ends that other outliers do not bend.
-fn unbent(fitted: &Calibration, options: &Options) -> Result<Point, FitError> {
+/// Where a fit ends, by a robust one where it leaves a large misfit.
+fn robust_point(fitted: &Calibration, options: &Options) -> Result<Point, FitError> {
     let point = &fitted.fit.point;
     if fitted.variance_factor().is_some_and(|factor| factor > GROSS_FACTOR) {
         let robust = robust_fit(&fitted.problem, point, false, options)?;

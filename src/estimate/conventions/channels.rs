@@ -31,8 +31,8 @@ pub(super) struct Channel {
     pub(super) heads: Vec<Unit>,
     /// Whether a file states one.
     pub(super) is_headed: bool,
-    /// Whether its unit follows from its values: the components of a quaternion have none.
-    pub(super) is_sure: bool,
+    /// Whether its values show that it has no unit, as those of a quaternion's components.
+    pub(super) has_no_unit: bool,
 }
 
 /// The logged numbers of a model, by what they make together.
@@ -43,8 +43,13 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// `heads` are the units that files state, by name; `sure` are the inputs without a unit.
-    pub(super) fn of(names: &Names, heads: &[(String, Unit)], sure: &BTreeSet<usize>) -> Self {
+    /// `heads` are the units that files state, by name; `without_unit` are inputs whose values show that they
+    /// have none.
+    pub(super) fn of(
+        names: &Names,
+        heads: &[(String, Unit)],
+        without_unit: &BTreeSet<usize>,
+    ) -> Self {
         let heads_of = |name: &str, unit: &Unit| -> Vec<Unit> {
             let own = heads.iter().filter(|(of, _)| of == name);
             let own: Vec<Unit> = own.map(|(_, head)| head.clone()).collect();
@@ -58,7 +63,7 @@ impl Channels {
                 column += 1;
                 let (source, unit) = (Source::Reading(column - 1), measurand.unit.clone());
                 let (heads, is_headed) = (heads_of(&name, &unit), is_headed(&name));
-                Channel { name, source, unit, heads, is_headed, is_sure: false }
+                Channel { name, source, unit, heads, is_headed, has_no_unit: false }
             };
             match measurand.kind {
                 MeasurandKind::Rotation => quaternions.push(
@@ -78,7 +83,7 @@ impl Channels {
             unit: input.unit.clone(),
             heads: heads_of(&input.name, &input.unit),
             is_headed: is_headed(&input.name),
-            is_sure: sure.contains(&index),
+            has_no_unit: without_unit.contains(&index),
         }));
         let mut vectors: Vec<Vec<Channel>> = Vec::new();
         let together = |parts: &[Expression], into: &mut Vec<Vec<Channel>>| {
@@ -135,7 +140,7 @@ impl Channels {
         let fits = |one: &Channel| {
             let is_headed = |head: &Unit| one.heads.iter().any(|own| own.symbol == head.symbol);
             let is_another_unit = scale(convention).is_some_and(|scale| scale.abs() != 1.0);
-            !(one.is_sure && is_another_unit)
+            !(one.has_no_unit && is_another_unit)
                 && convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
                 && convention.head.as_ref().is_none_or(is_headed)
         };

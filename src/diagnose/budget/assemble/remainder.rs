@@ -5,14 +5,13 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use crate::diagnose::budget::answer::{NEAREST, Remainder, StepChange};
 use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
 use crate::diagnose::budget::solved::Solved;
-use crate::diagnose::budget::terms::Term;
+use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::price::Gain;
+use crate::units::Unit;
 
 use super::Budget;
-use crate::diagnose::budget::terms::without;
-use crate::units::Unit;
 
 /// Ratio of a wave to what is seen of it from which its amplitude is no size of it.
 const ABSORBED: f64 = 2.0;

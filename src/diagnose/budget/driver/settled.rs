@@ -2,7 +2,7 @@
 //!
 //! A row that entered first and was not worth its price beside the whole model leaves the fit. The
 //! competition did without it; so the next one ends with the same model, wherever chi squared is what
-//! the sums said without that row. This is tested in place of another search; the rows are judged again.
+//! the sums predict without that row. This is tested in place of another search; the rows are judged again.
 
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
@@ -46,7 +46,7 @@ impl Search<'_> {
 
 impl Settled {
     /// The model on another fit, under its noise scale factors, which are then the selection's. `None`
-    /// where a term is missing or the fit is not what the sums said.
+    /// where a term is missing or the fit is not what the sums predict.
     pub(super) fn here(
         &self,
         linear: &Linear,
@@ -56,8 +56,12 @@ impl Settled {
             linear.terms.iter().rposition(|own| own.name == *name && own.variant == *variant)
         };
         let model: Vec<usize> = self.terms.iter().map(place).collect::<Option<_>>()?;
+        // Changes of one block have one name.
+        if (1..model.len()).any(|at| model[..at].contains(&model[at])) {
+            return None;
+        }
         selection.adopt_scale(&self.scale);
-        let is_as_said = selection.chi_squared(&model) <= self.chi_squared + TIE;
-        is_as_said.then_some(model)
+        let is_as_predicted = selection.chi_squared(&model) <= self.chi_squared + TIE;
+        is_as_predicted.then_some(model)
     }
 }

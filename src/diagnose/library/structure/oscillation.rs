@@ -1,4 +1,4 @@
-//! An oscillation of the readings in time that nobody describes.
+//! An oscillation of the readings in time that no effect describes.
 
 use crate::graph::MeasurandKind;
 use crate::model::Model;
