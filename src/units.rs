@@ -107,6 +107,21 @@ pub fn decimal(number: f64, decimals: usize) -> String {
     }
 }
 
+/// Ratios below it are written with a power of ten.
+const SHORT: f64 = 1e-4;
+
+/// A ratio to so many decimals, a small one to as many as show two significant digits.
+pub fn ratio(number: f64, decimals: usize) -> String {
+    let size = number.abs();
+    if size >= 10.0_f64.powi(1 - decimals as i32) || size == 0.0 || size.is_nan() {
+        decimal(number, decimals)
+    } else if size >= SHORT {
+        decimal(number, (1.0 - size.log10().floor()) as usize)
+    } else {
+        format!("{number:.1e}")
+    }
+}
+
 /// Why a unit or a quantity could not be read; `start..end` are bytes of the text given.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
@@ -241,4 +256,16 @@ fn row(symbol: &str) -> Option<&'static Row> {
 /// Whether a symbol of the table is that of an angle.
 fn names_angle(symbol: &str) -> bool {
     row(symbol).is_some_and(|(_, _, [.., angle])| *angle != 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_ratio_keeps_two_significant_digits() {
+        let shown = [1.486, 0.024, 0.00031, 0.0000125, 0.0, -0.0049].map(|value| ratio(value, 2));
+        assert_eq!(shown, ["1.49", "0.024", "0.00031", "1.2e-5", "0.00", "-0.0049"]);
+        assert_eq!(ratio(f64::INFINITY, 2), "-");
+    }
 }

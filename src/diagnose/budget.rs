@@ -28,6 +28,7 @@ pub mod search;
 pub mod selection;
 mod sizes;
 pub mod solved;
+mod spreads;
 pub mod stamp_jumps;
 mod stated;
 pub mod sums;

@@ -6,6 +6,7 @@ use crate::engine::point::NamedValue;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Fit, FitError, Options, fit};
 use crate::system::Selected;
+use crate::units::Unit;
 
 /// The campaigns with some effects, fitted.
 #[derive(Clone, Debug)]
@@ -22,6 +23,12 @@ impl Fitted {
     /// Whether the fit can be built on.
     pub fn is_sound(&self) -> bool {
         self.fit.outcome.is_result()
+    }
+
+    /// The unit in which results give a parameter that is declared in another one, perhaps.
+    pub fn unit_of_parameter(&self, parameter: &str, declared: Unit) -> Unit {
+        let first = self.problem.parts.first();
+        first.map_or_else(|| declared.clone(), |part| part.unit_of_parameter(parameter, &declared))
     }
 
     /// Chi squared for each degree of freedom.

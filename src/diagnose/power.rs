@@ -229,7 +229,8 @@ fn row(stage: &Prospect, ways: &[Way<'_>], seen: Row) -> Row {
         };
         delay_rows(stage).into_iter().map(|(delay, row)| (delay, largest(&row))).collect()
     };
-    let unit = way.candidate.unit(&owner.parameter).unwrap_or_else(Unit::one);
+    let declared = way.candidate.unit(&owner.parameter).unwrap_or_else(Unit::one);
+    let unit = stage.fitted.unit_of_parameter(&owner.parameter, declared);
     let shifts = seen.detectable.map(shifts).unwrap_or_default();
     Row { state, unit, typical, with, shifts, ..seen }
 }

@@ -6,7 +6,7 @@ use crate::diagnostic::counted;
 use crate::estimate::autocorrelation::{Autocorrelated, autocorrelated};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::noise::Noise;
-use crate::units::decimal;
+use crate::units::{decimal, ratio};
 
 /// Those of a fit whose numbers can be used, and do not count it.
 pub fn correlated(result: &Calibration) -> Vec<Autocorrelated> {
@@ -21,19 +21,27 @@ const LARGER: f64 = 1.1;
 pub fn text(all: &[Autocorrelated]) -> String {
     let Some(worst) = all.first() else { return String::new() };
     let names: Vec<String> = all.iter().map(|one| format!("`{}`", one.measurand)).collect();
-    let larger = match worst.level > LARGER {
-        true => format!(
-            " ({} times by the correlation, {} times by residuals larger than stated)",
-            decimal(worst.times, 1),
-            decimal(worst.level, 1)
-        ),
-        false => String::new(),
+    let (times, level) = (decimal(worst.times, 1), worst.level);
+    let both = worst.of_both();
+    let effect = if both < 1.0 {
+        format!(
+            "this alone makes them too small by a factor of about {times}, but the residuals are {} times as large as stated, so they are too large by a factor of about {}",
+            ratio(level, 2),
+            decimal(both.recip(), 1)
+        )
+    } else if level > LARGER {
+        format!(
+            "they are too small by a factor of about {} ({times} for the autocorrelation, {} for residuals larger than stated)",
+            decimal(both, 1),
+            decimal(level, 1)
+        )
+    } else {
+        format!("they are too small by a factor of about {}", decimal(both, 1))
     };
     format!(
-        "\nThe residuals of {} are correlated from reading to reading, over {} and more: the standard uncertainty of what acts evenly over so many is too small by about {} times{larger}. `calibrate --noise sandwich` counts it, `--noise autocorrelated` weights by it, too; `homepoint diagnose` looks for its cause.\n",
+        "\nThe residuals of {} are autocorrelated over {} and more. The standard uncertainties do not allow for that: of a parameter that acts alike on so many readings {effect}. `calibrate --noise sandwich` counts it, `--noise autocorrelated` weights by it, too; `homepoint diagnose` looks for its cause.\n",
         names.join(", "),
         counted(usize::try_from(worst.readings).unwrap_or(usize::MAX), "reading"),
-        decimal(worst.of_both(), 1)
     )
 }
 

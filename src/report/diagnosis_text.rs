@@ -4,9 +4,8 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::Size;
 use crate::diagnose::budget::judge::Objection;
-use crate::diagnose::library::candidate::NotTestable;
 use crate::report::figure;
-use crate::report::layout::{drawn, table};
+use crate::report::layout::{by_reason, drawn, table};
 use crate::report::linear_range;
 use crate::report::next::{mistaken, next};
 use crate::report::noise_text::noise;
@@ -184,29 +183,15 @@ fn not_tested(diagnosis: &Diagnosis) -> String {
     if !here.is_empty() {
         text.push_str("\ncannot be tested here\n");
     }
-    for (names, why) in by_reason(&here) {
-        text.push_str(&format!("- {names}: {why}\n"));
-    }
+    text.push_str(&by_reason(here.iter().map(|one| (one.name.as_str(), one.why.as_str()))));
     text.push_str(&match others.len() {
         0 => String::new(),
         1 => format!("\n`{}` acts on what this model does not have.\n", others[0].name),
         count => format!(
-            "\n{count} effects of the library act on what this model does not have (`homepoint effects MODEL` lists them).\n"
+            "\n{count} effects of the library act on what this model does not have (`homepoint effects MODEL` lists them, `homepoint check CAMPAIGN` the roles with which more can be tested).\n"
         ),
     });
     text
-}
-
-/// The names of effects that have the same reason, with it, in the order in which they come.
-fn by_reason<'d>(effects: &[&'d NotTestable]) -> Vec<(String, &'d str)> {
-    let mut all: Vec<(String, &str)> = Vec::new();
-    for one in effects {
-        match all.iter_mut().find(|(_, why)| *why == one.why) {
-            Some((names, _)) => names.push_str(&format!(", {}", one.name)),
-            None => all.push((one.name.clone(), &one.why)),
-        }
-    }
-    all
 }
 
 /// A table of two columns under a line; nothing where there are no rows.

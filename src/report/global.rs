@@ -3,7 +3,7 @@
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::global::{misfit, p_value};
 use crate::estimate::noise::Noise;
-use crate::units::decimal;
+use crate::units::{decimal, ratio};
 
 /// Residuals so many times as large as stated speak of another unit.
 const ANOTHER_UNIT: f64 = 0.1;
@@ -27,21 +27,22 @@ pub fn line(result: &Calibration) -> String {
 /// What the test says of the stated uncertainties; empty if they agree with the residuals, or if
 /// uncertainties follow from the residuals themselves.
 pub fn verdict(result: &Calibration) -> String {
-    let Some(ratio) = misfit(result).filter(|_| result.noise == Noise::Stated) else {
+    let Some(misfit) = misfit(result).filter(|_| result.noise == Noise::Stated) else {
         return String::new();
     };
-    if ratio > 1.0 {
+    if misfit > 1.0 {
         format!(
             "\nThe residuals are {} times as large as stated: the uncertainties do not hold. `homepoint diagnose` looks for the cause.\n",
-            decimal(ratio, 2)
+            decimal(misfit, 2)
         )
-    } else if ratio < ANOTHER_UNIT {
+    } else if misfit < ANOTHER_UNIT {
         format!(
-            "\nThe residuals are {ratio:.1e} times as large as stated: the sigmas are stated too large by far, in another unit perhaps, and so are the uncertainties below.\n"
+            "\nThe residuals are {} times as large as stated: the sigmas are stated too large by far, in another unit perhaps, and so are the uncertainties below.\n",
+            ratio(misfit, 2)
         )
     } else {
         format!(
-            "\nThe residuals are {ratio:.2} times as large as stated, less than chance allows: the stated sigmas are too large, or readings are not independent.\n"
+            "\nThe residuals are {misfit:.2} times as large as stated, less than chance allows: the stated sigmas are too large, or readings are not independent.\n"
         )
     }
 }

@@ -25,3 +25,15 @@ pub(crate) fn drawn(table: &Table) -> String {
     let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     lines.join("\n") + "\n"
 }
+
+/// Names that share a reason in one line each, in the order in which the reasons come.
+pub(crate) fn by_reason<'a>(all: impl Iterator<Item = (&'a str, &'a str)>) -> String {
+    let mut lines: Vec<(String, &str)> = Vec::new();
+    for (name, why) in all {
+        match lines.iter_mut().find(|(_, known)| *known == why) {
+            Some((names, _)) => names.push_str(&format!(", {name}")),
+            None => lines.push((name.to_owned(), why)),
+        }
+    }
+    lines.into_iter().map(|(names, why)| format!("- {names}: {why}\n")).collect()
+}

@@ -12,7 +12,7 @@ use crate::model::Shape;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
 use crate::report::text::unit_of;
-use crate::units::{Dimension, Unit, decimal};
+use crate::units::{Dimension, Unit, decimal, ratio};
 
 /// Readings and stretches left out that are shown.
 const SHOWN: usize = 5;
@@ -68,7 +68,7 @@ fn level(one: &Level, is_autocorrelated: bool) -> String {
     let Level { measurand, of, run, factor } = one;
     let is_usual = (0.1..10.0).contains(factor) || is_autocorrelated;
     let hint = if is_usual { "" } else { " (is its unit right?)" };
-    let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { decimal(*factor, 2) };
+    let factor = ratio(*factor, 2);
     let run = run.as_ref().map_or_else(String::new, |run| format!(" in run `{run}`"));
     format!("{measurand}{run}{} {factor}{hint}", in_campaign(of.as_deref()))
 }

@@ -3,7 +3,7 @@
 use crate::diagnose::power::sight::CAUGHT;
 use crate::diagnose::power::{Power, Row, State};
 use crate::report::figure;
-use crate::report::layout::{align_right, drawn, table};
+use crate::report::layout::{align_right, by_reason, drawn, table};
 use crate::report::text::trouble;
 use crate::units::{Dimension, Unit};
 
@@ -74,7 +74,6 @@ fn sizes(power: &Power, state: State, line: &str) -> String {
 
 fn listed(power: &Power, state: State, line: &str) -> String {
     let of_state = power.rows.iter().filter(|row| row.state == state);
-    let lines: Vec<String> =
-        of_state.map(|row| format!("{}\n    {}\n", row.name, row.words)).collect();
-    if lines.is_empty() { String::new() } else { format!("\n{line}\n{}", lines.concat()) }
+    let lines = by_reason(of_state.map(|row| (row.name.as_str(), row.words.as_str())));
+    if lines.is_empty() { String::new() } else { format!("\n{line}\n{lines}") }
 }

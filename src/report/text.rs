@@ -23,7 +23,7 @@ use crate::report::linear_range;
 use crate::report::noise;
 use crate::report::sentences::{refused, terms};
 use crate::report::smoothing;
-use crate::units::{Dimension, Unit, decimal};
+use crate::units::{Dimension, Unit, decimal, ratio};
 
 /// Most rows of setup and run parameters that are shown; the rest is in the tables.
 const MOST_ROWS: usize = 60;
@@ -100,7 +100,7 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
 fn fit(result: &Calibration) -> String {
     let factor = result.variance_factor().map_or_else(
         || "without degrees of freedom".to_owned(),
-        |value| format!("variance factor {}", decimal(value, 3)),
+        |value| format!("variance factor {}", ratio(value, 3)),
     );
     let stated = result.fit.normal.priors.len();
     let stated = match stated {

@@ -82,6 +82,30 @@ fn a_wave_that_grows_with_a_tilt_is_over_both_together() {
     is_partly(&found, &[("liquid_turns", 0.6)], words);
 }
 
+/// A rotary table, what is commanded and what its encoder reads: the two go together, so that an error of
+/// one angle is over that, with its order.
+#[test]
+fn a_wave_over_what_is_commanded_and_read_is_over_one_of_them() {
+    let model = "name = \"table\"\ntitle = \"Rotary table\"\n\
+        [inputs]\nnominal = { unit = \"rad\" }\nencoder = { unit = \"rad\" }\n\
+        [parameters]\nzero = { unit = \"rad\", scope = \"rig\" }\n\
+        [measurands]\nshown = { value = 'encoder - nominal + zero', kind = \"angle\", unit = \"rad\" }\n";
+    let mut random = Stream(173);
+    let mut log = "nominal [rad],encoder [rad],shown [rad]\n".to_owned();
+    for row in 0..144 {
+        let nominal = TAU * f64::from(row % 72) / 72.0;
+        let error = 8e-5 * (3.0 * nominal + 0.7).cos() + 1e-5 * random.normal() - 5e-5;
+        let encoder = (nominal + error).rem_euclid(TAU);
+        let shown = error + 3e-5 + 16e-6 * (nominal + 1.1).cos() + 1e-6 * random.normal();
+        writeln!(log, "{nominal:.9},{encoder:.9},{shown:e}").unwrap();
+    }
+    let measurands = "shown = { sigma = \"1 urad\" }";
+    let found = Campaign { model, effects: &[], measurands, log }.diagnosed();
+    let words: Vec<&str> = found.remainder.iter().map(|one| one.place.words.as_str()).collect();
+    let [words] = words.as_slice() else { panic!("{}", told(&found)) };
+    assert!(words.ends_with(", 1 wave a turn"), "{words}");
+}
+
 /// A rotary table that tilts, with an error of its places that grows with the tilt; without it where the
 /// error is zero. Both turn: the tilt goes through 150 degrees.
 fn tilting_table(error: f64, seed: u64) -> Diagnosis {

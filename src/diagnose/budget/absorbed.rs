@@ -4,6 +4,7 @@
 use crate::campaign::Track;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::NotTestable;
+use crate::effect::Acts;
 use crate::engine::open::Recipe;
 use crate::graph::recognise;
 use crate::system::{Selected, System};
@@ -100,6 +101,10 @@ pub fn acts_as(fitted: &Fitted, shares: &[(usize, f64)]) -> String {
 
 /// Why an effect changes no reading here.
 pub fn why_silent(fitted: &Fitted, selected: &Selected) -> String {
+    let needs_motion = matches!(selected.effect.acts, Acts::Timing | Acts::Servo);
+    if needs_motion && !fitted.problem.moves() {
+        return "no signal moves in these runs".to_owned();
+    }
     let absent: Vec<String> = fitted
         .recipes
         .iter()

@@ -94,12 +94,13 @@ impl Selection<'_> {
         let mut nameless = Vec::new();
         for (_, term) in small {
             // Blocks may have taken its place, and be all that remains.
-            let with = self.prune([model.clone(), vec![term]].concat(), &mut Log::new());
+            let with = [model.clone(), vec![term]].concat();
+            let (with, evidence) = self.pruned(with, &mut Log::new());
             let Some(at) = with.iter().position(|own| *own == term) else { continue };
             let has_no_block = self.rows_of(&with).len() == with.len();
             let may_leave = |own: &usize| has_no_block && !self.terms[*own].is_effect();
             let keeps_all = model.iter().all(|own| with.contains(own) || may_leave(own));
-            if !keeps_all || self.ln_evidence(&with) < self.ln_evidence(&model) + TIE {
+            if !keeps_all || evidence < self.ln_evidence(&model) + TIE {
                 continue;
             }
             let own = Pieces::new(linear, self, &with);
@@ -266,18 +267,18 @@ impl Selection<'_> {
         let kept = model.iter().filter(|term| !out.contains(term));
         let mut new: Vec<usize> = kept.map(whole).collect();
         let mut best = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-        let mut take = |new: &[usize]| {
-            let evidence = self.ln_evidence(new);
+        let mut pruned = |new: Vec<usize>| {
+            let (new, evidence) = self.pruned(new, &mut Log::new());
             best.0 = evidence.max(best.0);
             if new.len() < model.len() {
                 best.1 = evidence.max(best.1);
             }
+            new
         };
         let restored =
             model.iter().filter(|term| self.terms[**term].reduced_from.is_some()).count();
         if restored > 0 {
-            new = self.prune(new, &mut Log::new());
-            take(&new);
+            new = pruned(new);
         }
         for round in restored..most {
             let first = match round {
@@ -286,8 +287,7 @@ impl Selection<'_> {
             };
             let Some(first) = first.filter(|one| one.ln_bayes >= ENTER) else { break };
             new.push(first.term);
-            new = self.prune(new, &mut Log::new());
-            take(&new);
+            new = pruned(new);
         }
         best
     }

@@ -1,11 +1,8 @@
 //! Groups of readings in which a row may have values of its own: what a campaign varies on purpose
 //! (setups, the rate and the sense of each signal), and its measurands.
 
-use std::f64::consts::TAU;
-
 use indexmap::IndexMap;
 
-use crate::diagnose::library::structure::spread::Spread;
 use crate::diagnose::library::variant::Variant;
 use crate::engine::Problem;
 use crate::graph::names::Input;
@@ -48,17 +45,6 @@ impl Label {
 const SAME_RATE: f64 = 0.05;
 /// Samples of a run that its mean rates are found from.
 const SAMPLES: usize = 2048;
-/// Values of an input, in parts of its span, within one place.
-const SAME_PLACE: f64 = 1e-6;
-/// Places that each have a value of their own at most.
-const MOST_PLACES: usize = 16;
-/// The same of a block for inputs with more places, and the readings of each on average at least.
-const MOST_LEVELS: usize = 48;
-const READINGS_OF_A_LEVEL: usize = 2;
-/// Spans between the knots of an input with more places.
-const KNOTS: usize = 8;
-/// Span (rad) above which an angle is treated as periodic.
-const PERIODIC: f64 = 1.0;
 /// Mean rate of a run, in parts of its rms rate, from which a signal moves steadily in it.
 const STEADY: f64 = 0.3;
 /// Mean rate, in parts of the largest, below which a signal stands still.
@@ -122,59 +108,13 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
     labels
 }
 
-/// How the inputs that vary are spread, with the places at which a line over each may bend: all of a few, or
-/// octiles of many; none of an angle that is treated as periodic.
-pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
-    let mut values: IndexMap<String, (bool, Vec<f64>)> = IndexMap::new();
-    each_input(problem, 0, |_, input, here| {
-        let (is_angle, all) = values.entry(input.name.clone()).or_default();
-        *is_angle |= input.unit.is_angle();
-        all.extend(here);
-    });
-    values
-        .into_iter()
-        .filter_map(|(name, (is_angle, mut all))| {
-            all.sort_by(f64::total_cmp);
-            let span = all.last()? - all.first()?;
-            if is_angle && span > PERIODIC {
-                let mut places: Vec<f64> = all.iter().map(|one| one.rem_euclid(TAU)).collect();
-                places.sort_by(f64::total_cmp);
-                let levels = levels(&distinct(&places, TAU), all.len());
-                return Some(Spread::of_angle(name, &all, span).with_levels(levels));
-            }
-            let mut places = distinct(&all, span);
-            if places.len() < 3 {
-                return None;
-            }
-            let levels = levels(&places, all.len());
-            if places.len() > MOST_PLACES {
-                places = (0..=KNOTS).map(|k| all[k * (all.len() - 1) / KNOTS]).collect();
-                places = distinct(&places, span);
-            }
-            let inner = places.len().checked_sub(1)?;
-            let knots = places.get(1..inner).filter(|knots| !knots.is_empty())?.to_vec();
-            Some(Spread::of_knots(name, knots, span).with_levels(levels))
-        })
-        .collect()
-}
-
-/// The places among values in order that go over a span.
-fn distinct(sorted: &[f64], span: f64) -> Vec<f64> {
-    let mut places = sorted.to_vec();
-    places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
-    places
-}
-
-/// Places that are too many for knots, where each has several of so many readings: none else.
-fn levels(places: &[f64], readings: usize) -> Vec<f64> {
-    let is_read_again = readings >= READINGS_OF_A_LEVEL * places.len();
-    let is_some = (MOST_PLACES + 1..=MOST_LEVELS).contains(&places.len()) && is_read_again;
-    if is_some { places.to_vec() } else { Vec::new() }
-}
-
 /// Shows of each run (of all) and input the values at some samples, or those of a derivative by time,
 /// as far as they are numbers.
-fn each_input(problem: &Problem, order: u8, mut see: impl FnMut(usize, &Input, Vec<f64>)) {
+pub(super) fn each_input(
+    problem: &Problem,
+    order: u8,
+    mut see: impl FnMut(usize, &Input, Vec<f64>),
+) {
     let runs = problem.parts.iter().flat_map(|part| part.runs.iter().map(move |run| (part, run)));
     for (number, (part, run)) in runs.enumerate() {
         let samples = run.record.spread(SAMPLES, 1);

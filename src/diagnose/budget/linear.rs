@@ -23,9 +23,9 @@ use crate::diagnose::thresholds::{OWN_EFFECT, RELAXED};
 
 use super::families::{Families, best_members};
 use super::in_fit::{Row, columns_of, effect_of};
-use super::labels::spreads;
 use super::no_covariates::NoCovariates;
 use super::selection::Selection;
+use super::spreads::spreads;
 use super::sums::Sums;
 use super::terms::Term;
 

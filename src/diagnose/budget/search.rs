@@ -128,21 +128,25 @@ impl Selection<'_> {
     }
 
     /// Takes out the terms that are not worth their price any more.
-    pub fn prune(&self, mut model: Vec<usize>, log: &mut Log) -> Vec<usize> {
-        while !model.is_empty() {
-            let gains = self.contributions(&model);
+    pub fn prune(&self, model: Vec<usize>, log: &mut Log) -> Vec<usize> {
+        self.pruned(model, log).0
+    }
+
+    /// A model without those, and its log evidence.
+    pub(super) fn pruned(&self, mut model: Vec<usize>, log: &mut Log) -> (Vec<usize>, f64) {
+        loop {
+            let (gains, evidence) = self.contributions_with_evidence(&model);
             let worst = model
                 .iter()
                 .zip(gains)
                 .map(|(term, gain)| (self.ln_bayes_factor(*term, gain), *term))
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             let Some((ln_bayes, term)) = worst.filter(|(ln_bayes, _)| *ln_bayes < ENTER) else {
-                break;
+                return (model, evidence);
             };
             self.note(log, "-", term, ln_bayes);
             model.retain(|own| *own != term);
         }
-        model
     }
 
     /// Exchanges rows for better ones, and blocks for changes.
@@ -232,8 +236,8 @@ impl Selection<'_> {
                 continue;
             }
             let beside = self.beside_rows(&grown, block);
-            let more = self.prune([grown, vec![beside]].concat(), &mut steps);
-            let with = self.ln_evidence(&more) - evidence;
+            let (more, with) = self.pruned([grown, vec![beside]].concat(), &mut steps);
+            let with = with - evidence;
             if with > SWAP && is_new(&more) {
                 log.push(format!("effects beside {name} ({with:.1})"));
                 log.append(&mut steps);
@@ -269,8 +273,7 @@ impl Selection<'_> {
         let pair = self.best_pair(rest, pool);
         let mut steps = Log::new();
         let grown = self.grow(rest.to_vec(), pool, 0.0, MOST, &mut steps);
-        let pair = pair.filter(|pair| pair.iter().any(|term| !grown.contains(term)));
-        let Some(pair) = pair else {
+        let Some(pair) = pair.filter(|pair| pair.iter().any(|term| !grown.contains(term))) else {
             self.adopt_scale(scale);
             return (grown, steps);
         };

@@ -35,9 +35,7 @@ impl Linear {
 
     /// The unit in which results give a parameter of a candidate or of a row.
     fn unit_of(&self, parameter: &str) -> Unit {
-        let declared = self.declared_unit_of(parameter);
-        let first = self.fitted.problem.parts.first();
-        first.map_or(declared.clone(), |part| part.unit_of_parameter(parameter, &declared))
+        self.fitted.unit_of_parameter(parameter, self.declared_unit_of(parameter))
     }
 
     /// The unit in which it is declared.

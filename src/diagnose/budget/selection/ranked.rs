@@ -108,21 +108,30 @@ impl Selection<'_> {
 
     /// Log evidence of a model but for a constant: comparable between models under the same noise.
     pub fn ln_evidence(&self, model: &[usize]) -> f64 {
+        self.contributions_with_evidence(model).1
+    }
+
+    /// What each term of a model contributes, and the log evidence of the model.
+    pub(in crate::diagnose::budget) fn contributions_with_evidence(
+        &self,
+        model: &[usize],
+    ) -> (Vec<Gain>, f64) {
         let factored = self.factored(model);
+        let gains = self.contributions_in(model, &factored);
         let chi_squared = self.residual_square() - factored.half.norm_squared();
-        -0.5 * chi_squared - self.prices_in(model, &factored).sum::<f64>()
+        let evidence = -0.5 * chi_squared - self.prices_of(model, &gains).sum::<f64>();
+        (gains, evidence)
     }
 
     /// What each term of a model costs.
     pub fn prices(&self, model: &[usize]) -> Vec<f64> {
-        self.prices_in(model, &self.factored(model)).collect()
+        self.prices_of(model, &self.contributions(model)).collect()
     }
 
-    fn prices_in(&self, model: &[usize], factored: &Factored) -> impl Iterator<Item = f64> {
-        let gains = self.contributions_in(model, factored).into_iter();
+    fn prices_of(&self, model: &[usize], gains: &[Gain]) -> impl Iterator<Item = f64> {
         model.iter().zip(gains).map(|(term, gain)| {
             let own = &self.terms[*term];
-            price(gain, own.members, self.candidates(*term)) - own.ln_prior
+            price(*gain, own.members, self.candidates(*term)) - own.ln_prior
         })
     }
 }

@@ -16,6 +16,8 @@ pub(in crate::diagnose) struct Spread {
     pub(in crate::diagnose) levels: Vec<f64>,
     /// Difference between the largest and the least value (SI).
     pub(in crate::diagnose) span: f64,
+    /// Inputs that go in proportion with it: what is over both is over either of them.
+    pub(in crate::diagnose) alike: Vec<String>,
     /// Of what turns the means of cosine and sine where they are mostly constant, order by order.
     constants: [[Option<f64>; 2]; ORDERS],
 }
@@ -31,12 +33,18 @@ impl Spread {
 
     /// Of anything else.
     pub(in crate::diagnose) fn of_knots(input: String, knots: Vec<f64>, span: f64) -> Self {
-        Self { input, knots, levels: Vec::new(), span, constants: [[None; 2]; ORDERS] }
+        let (levels, alike) = (Vec::new(), Vec::new());
+        Self { input, knots, levels, span, alike, constants: [[None; 2]; ORDERS] }
     }
 
     /// The same with places at which it is read again and again.
     pub(in crate::diagnose) fn with_levels(self, levels: Vec<f64>) -> Self {
         Self { levels, ..self }
+    }
+
+    /// The same with inputs that go in proportion with it.
+    pub(in crate::diagnose) fn with_alike(self, alike: Vec<String>) -> Self {
+        Self { alike, ..self }
     }
 
     /// The constant parts of cosine and sine of an order.

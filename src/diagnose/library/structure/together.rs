@@ -76,7 +76,10 @@ pub(super) fn products(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
     let are_few = inputs.iter().filter(|one| turns(one.0)).count() <= MOST_TURNING;
     let is_looked_at = are_few && directions(model).is_empty();
     for (number, (first, left)) in inputs.iter().enumerate() {
-        for (second, right) in &inputs[..number] {
+        let is_alike = |other: &InputDeclaration| {
+            spread(first).is_some_and(|own| own.alike.contains(&other.name))
+        };
+        for (second, right) in inputs[..number].iter().filter(|other| !is_alike(other.0)) {
             let turning = [first, second].iter().filter(|one| turns(one)).count();
             if turning > 1 {
                 let both = spread(second).zip(spread(first)).filter(|_| is_looked_at);

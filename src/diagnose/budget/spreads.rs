@@ -1,0 +1,112 @@
+//! How the values of inputs are spread: places at which a line bends or has values of its own, and which
+//! inputs go in proportion.
+
+use std::f64::consts::TAU;
+
+use indexmap::IndexMap;
+
+use crate::diagnose::library::structure::spread::Spread;
+use crate::engine::Problem;
+
+use super::labels::each_input;
+
+/// Share of an input's variance below which it goes in proportion with another one.
+const ALIKE: f64 = 2e-4;
+/// Span (rad) above which an angle is treated as periodic.
+const PERIODIC: f64 = 1.0;
+/// Values of an input, in parts of its span, within one place.
+const SAME_PLACE: f64 = 1e-6;
+/// Spans between the knots of an input with more places.
+const KNOTS: usize = 8;
+/// Places that each have a value of their own at most.
+const MOST_PLACES: usize = 16;
+/// The same of a block for inputs with more places, and the readings of each on average at least.
+const MOST_LEVELS: usize = 48;
+const READINGS_OF_A_LEVEL: usize = 2;
+
+/// How the inputs that vary are spread, with the places at which a line over each may bend: all of a few, or
+/// octiles of many; none of an angle that is treated as periodic.
+pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
+    let mut values: IndexMap<String, (bool, Vec<f64>)> = IndexMap::new();
+    each_input(problem, 0, |_, input, here| {
+        let (is_angle, all) = values.entry(input.name.clone()).or_default();
+        *is_angle |= input.unit.is_angle();
+        all.extend(here);
+    });
+    let alike: Vec<Vec<String>> = values.values().map(|one| alike(one, &values)).collect();
+    let spread = values.into_iter().zip(alike);
+    spread
+        .filter_map(|((name, (is_angle, mut all)), alike)| {
+            all.sort_by(f64::total_cmp);
+            let span = all.last()? - all.first()?;
+            if is_angle && span > PERIODIC {
+                let mut places: Vec<f64> = all.iter().map(|one| one.rem_euclid(TAU)).collect();
+                places.sort_by(f64::total_cmp);
+                let levels = levels(&distinct(&places, TAU), all.len());
+                let spread = Spread::of_angle(name, &all, span);
+                return Some(spread.with_levels(levels).with_alike(alike));
+            }
+            let mut places = distinct(&all, span);
+            if places.len() < 3 {
+                return None;
+            }
+            let levels = levels(&places, all.len());
+            if places.len() > MOST_PLACES {
+                places = (0..=KNOTS).map(|k| all[k * (all.len() - 1) / KNOTS]).collect();
+                places = distinct(&places, span);
+            }
+            let inner = places.len().checked_sub(1)?;
+            let knots = places.get(1..inner).filter(|knots| !knots.is_empty())?.to_vec();
+            Some(Spread::of_knots(name, knots, span).with_levels(levels).with_alike(alike))
+        })
+        .collect()
+}
+
+/// Inputs whose values go in proportion with some values: what is commanded and what is read of it. Of
+/// angles the difference counts, which does not jump where one begins anew.
+fn alike(own: &(bool, Vec<f64>), all: &IndexMap<String, (bool, Vec<f64>)>) -> Vec<String> {
+    let go_together = |other: &(bool, Vec<f64>)| {
+        let pairs = || own.1.iter().copied().zip(other.1.iter().copied());
+        let left = match own.0 && other.0 {
+            true => {
+                let own = scatter(pairs().map(|(a, _)| (a.cos(), a.sin())));
+                scatter(pairs().map(|(a, b)| ((a - b).cos(), (a - b).sin()))) / own
+            }
+            false => {
+                let (a, b) = (mean(pairs().map(|pair| pair.0)), mean(pairs().map(|pair| pair.1)));
+                let product = mean(pairs().map(|(x, y)| (x - a) * (y - b)));
+                let squares = scatter(pairs().map(|(x, _)| (x, 0.0)))
+                    * scatter(pairs().map(|(_, y)| (y, 0.0)));
+                1.0 - product * product / squares
+            }
+        };
+        own.1.len() == other.1.len() && left < ALIKE
+    };
+    let found = all.iter().filter(|(_, other)| go_together(other));
+    found.map(|(name, _)| name.clone()).collect()
+}
+
+fn mean(of: impl Iterator<Item = f64>) -> f64 {
+    let (count, sum) = of.fold((0.0, 0.0), |(count, sum), value| (count + 1.0, sum + value));
+    sum / count
+}
+
+/// Mean square distance of points from their mean.
+fn scatter(of: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
+    let (x, y) = (mean(of.clone().map(|one| one.0)), mean(of.clone().map(|one| one.1)));
+    mean(of.map(|one| (one.0 - x).powi(2) + (one.1 - y).powi(2)))
+}
+
+/// The places among values in order that go over a span.
+fn distinct(sorted: &[f64], span: f64) -> Vec<f64> {
+    let mut places = sorted.to_vec();
+    places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
+    places
+}
+
+/// Places that are too many for knots, where each has several of so many readings: none else.
+fn levels(places: &[f64], readings: usize) -> Vec<f64> {
+    let is_read_again = readings >= READINGS_OF_A_LEVEL * places.len();
+    let is_some = (MOST_PLACES + 1..=MOST_LEVELS).contains(&places.len()) && is_read_again;
+    if is_some { places.to_vec() } else { Vec::new() }
+}
