@@ -24,6 +24,7 @@ mod bounds_and_priors;
 mod certificates;
 mod components;
 mod conventions;
+mod coordinates_mistaken;
 mod correlations;
 mod coverage;
 mod delay_budget;

@@ -16,6 +16,8 @@ use crate::model::name::error_of_input;
 
 /// How far a formula may be off a linear one.
 const LINEAR: f64 = 1e-9;
+/// What one coordinate of a vector in another unit counts more than all of them, in letters.
+const ONE_COORDINATE: usize = 100;
 
 /// A convention that may have been mistaken for some numbers.
 #[derive(Clone, Debug)]
@@ -61,7 +63,9 @@ impl Suspected<'_> {
 
     /// How much its formulas say: letters of them all.
     pub(super) fn length(&self) -> usize {
-        self.convention.formulas.iter().map(|formula| formula.text.len()).sum()
+        let is_one = matches!(self.channels.as_slice(), [one] if one.is_coordinate);
+        let letters: usize = self.convention.formulas.iter().map(|one| one.text.len()).sum();
+        letters + if is_one { ONE_COORDINATE } else { 0 }
     }
 
     /// Whether all of its numbers are readings, none an input.

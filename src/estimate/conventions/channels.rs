@@ -33,6 +33,8 @@ pub(super) struct Channel {
     pub(super) is_headed: bool,
     /// Whether its values show that it has no unit, as those of a quaternion's components.
     pub(super) has_no_unit: bool,
+    /// Whether it is one of the coordinates of a vector.
+    pub(super) is_coordinate: bool,
 }
 
 /// The logged numbers of a model, by what they make together.
@@ -63,7 +65,8 @@ impl Channels {
                 column += 1;
                 let (source, unit) = (Source::Reading(column - 1), measurand.unit.clone());
                 let (heads, is_headed) = (heads_of(&name, &unit), is_headed(&name));
-                Channel { name, source, unit, heads, is_headed, has_no_unit: false }
+                let (has_no_unit, is_coordinate) = (false, false);
+                Channel { name, source, unit, heads, is_headed, has_no_unit, is_coordinate }
             };
             match measurand.kind {
                 MeasurandKind::Rotation => quaternions.push(
@@ -84,6 +87,7 @@ impl Channels {
             heads: heads_of(&input.name, &input.unit),
             is_headed: is_headed(&input.name),
             has_no_unit: without_unit.contains(&index),
+            is_coordinate: false,
         }));
         let mut vectors: Vec<Vec<Channel>> = Vec::new();
         let together = |parts: &[Expression], into: &mut Vec<Vec<Channel>>| {
@@ -116,17 +120,14 @@ impl Channels {
         let taken =
             |one: &Channel| vectors.iter().chain(&quaternions).flatten().any(|own| own == one);
         let numbers = all.iter().filter(|one| !taken(one)).cloned().collect();
+        vectors.iter_mut().flatten().for_each(|one| one.is_coordinate = true);
         Self { numbers, vectors, quaternions }
     }
 
     /// The units that files state of single numbers, and of the components of vectors, each once.
     pub(super) fn heads(&self, form: Form) -> Vec<Unit> {
-        let of_vectors = self.vectors.iter().flatten();
-        let all: Vec<&Channel> = match form {
-            Form::Vector => of_vectors.collect(),
-            _ => self.numbers.iter().collect(),
-        };
-        each_once(all.into_iter().flat_map(|one| &one.heads))
+        let numbers = self.numbers.iter().filter(|_| form == Form::Number);
+        each_once(numbers.chain(self.vectors.iter().flatten()).flat_map(|one| &one.heads))
     }
 
     /// All units in which something is stated, by files or by the model, each once.
@@ -137,9 +138,9 @@ impl Channels {
 
     /// The numbers to which a convention may apply, together; and how many more there are.
     pub(super) fn for_convention(&self, convention: &Convention) -> (Vec<Vec<Channel>>, usize) {
+        let is_another_unit = scale(convention).is_some_and(|scale| scale.abs() != 1.0);
         let fits = |one: &Channel| {
             let is_headed = |head: &Unit| one.heads.iter().any(|own| own.symbol == head.symbol);
-            let is_another_unit = scale(convention).is_some_and(|scale| scale.abs() != 1.0);
             !(one.has_no_unit && is_another_unit)
                 && convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
                 && convention.head.as_ref().is_none_or(is_headed)
@@ -148,7 +149,15 @@ impl Channels {
             Form::Number => {
                 let each = self.numbers.iter().filter(|one| fits(one));
                 let each: Vec<_> = each.map(|one| vec![one.clone()]).collect();
-                with_all_together(each, |a, b| a.unit.dimension == b.unit.dimension)
+                let mut all = with_all_together(each, |a, b| a.unit.dimension == b.unit.dimension);
+                // A height may be in feet beside a place in metres.
+                for one in self.vectors.iter().flatten().filter(|_| is_another_unit) {
+                    let alone = vec![one.clone()];
+                    if fits(one) && !all.contains(&alone) {
+                        all.push(alone);
+                    }
+                }
+                all
             }
             Form::Pair => pairs(&self.numbers),
             Form::Vector => {

@@ -48,6 +48,12 @@ impl Search<'_> {
         if found.autocorrelation.is_empty() {
             return Ok(false);
         }
+        // What a linear step to rows that are not yet in the fit leaves is no noise.
+        let is_new =
+            |term: &usize| linear.terms[*term].is_effect() && !linear.rows().contains(term);
+        if judged.model.iter().any(is_new) && self.take_rows(competed)? {
+            return Ok(true);
+        }
         let fitted = self.without_rows(&failed(competed), linear, fitted)?;
         self.take_autocorrelation(fitted, &found.autocorrelation)?;
         Ok(true)
