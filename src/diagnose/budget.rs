@@ -34,3 +34,4 @@ mod stated;
 pub mod sums;
 pub mod terms;
 pub mod verdict;
+mod well_determined;

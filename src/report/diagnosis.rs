@@ -102,6 +102,16 @@ fn row(one: &Row) -> Value {
                 })).collect::<Vec<_>>(),
             }))
             .collect::<Vec<_>>(),
+        "well_determined": one.well_determined.as_ref().map(|found| json!({
+            "of": found.of.iter().map(|(factor, size)| json!({
+                "factor": number(Some(*factor)),
+                "parameter": size.parameter,
+                "of": size.of,
+                "unit": size.unit.si_symbol(),
+            })).collect::<Vec<_>>(),
+            "value": number(Some(found.value)),
+            "sigma": number(Some(found.sigma)),
+        })),
         "stamp_jumps": one.stamp_jumps.iter().map(|jump| json!({
             "run": jump.run,
             "row": jump.row,

@@ -1,13 +1,13 @@
 //! The budget of the gap as a table: rows with their values, and the remainder.
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::budget::answer::{Remainder, Row};
+use crate::diagnose::budget::answer::{Remainder, Row, WellDetermined};
 use crate::diagnose::budget::stamp_jumps::{Side, StampJump};
 use crate::estimate::calibrate::Estimate;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
 use crate::report::text::{residual_unit, unit_of};
-use crate::units::Unit;
+use crate::units::{Unit, ratio};
 
 /// Values of a row that stand in the table; the others follow it.
 pub(super) const SHORT: usize = 2;
@@ -130,8 +130,7 @@ fn remarks(row: &Row) -> String {
     if row.stamp_jumps.len() > JUMPS {
         remarks.push(format!("{} jumps in all", row.stamp_jumps.len()));
     }
-    let rows = row.confounded.iter().filter(|other| other.is_row);
-    for other in rows.chain(row.grouped()) {
+    for other in row.together() {
         let (name, correlation) = (&other.name, other.correlation);
         remarks.push(format!("confounded with {name} (r = {correlation:.3})"));
     }
@@ -181,7 +180,8 @@ pub(super) fn values(diagnosis: &Diagnosis) -> String {
         let is_grouped = row.grouped().any(|other| !other.joint.is_empty());
         // Of jumps the remarks say which stamps are right.
         let members = row.member.iter().filter(|_| row.stamp_jumps.is_empty());
-        if row.values.len() <= SHORT && members.clone().next().is_none() && !is_grouped {
+        let is_short = row.values.len() <= SHORT && row.well_determined.is_none();
+        if is_short && members.clone().next().is_none() && !is_grouped {
             continue;
         }
         text.push_str(&format!("\n{}\n", row.name));
@@ -201,9 +201,27 @@ pub(super) fn values(diagnosis: &Diagnosis) -> String {
             );
             text.push_str(&format!("  {}{of} {shown}\n", one.name));
         }
+        text.push_str(&row.well_determined.as_ref().map_or_else(String::new, well_determined));
         text.push_str(&joint(row));
     }
     text
+}
+
+/// A sum that is well determined: `a + 0.84 b = ...`. Factors between unlike units are in SI units.
+fn well_determined(found: &WellDetermined) -> String {
+    let Some(((_, first), others)) = found.of.split_first() else { return String::new() };
+    let mut sum = format!("  well determined: {}", first.parameter);
+    for (factor, one) in others {
+        let sign = if *factor < 0.0 { '-' } else { '+' };
+        let unit = match one.unit.dimension == first.unit.dimension {
+            true => String::new(),
+            false => format!(" ({})/({})", first.unit.si_symbol(), one.unit.si_symbol()),
+        };
+        let factor = ratio(factor.abs(), 3);
+        sum.push_str(&format!(" {sign} {factor}{unit} * {}", one.parameter));
+    }
+    let shown = figure::measured(found.value, found.sigma, &first.unit);
+    format!("{sum} = {shown}\n")
 }
 
 /// The values of a row and of effects that are reported with it, where both are in the fit.

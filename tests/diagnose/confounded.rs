@@ -93,6 +93,12 @@ fn two_forms_that_are_nearly_one_are_a_group() {
     let combined = truth(&row.name) + other.factor.unwrap() * truth(&other.name);
     let value = row.values[0].value.unwrap() / ARCSEC;
     assert!((value - combined).abs() < 1.0, "{value} for {combined}");
+    // That is what is well determined of the two.
+    let sum = row.well_determined.as_ref().unwrap();
+    let due: f64 =
+        sum.of.iter().map(|(by, one)| by * truth(one.parameter.split('.').next().unwrap())).sum();
+    let far = (sum.value / ARCSEC - due) / (sum.sigma / ARCSEC);
+    assert!(far.abs() < 4.0 && sum.sigma < 0.5 * row.values[0].sigma.unwrap(), "{far} {sum:?}");
     // Apart, both are right within their uncertainties, which are far larger.
     assert_eq!(other.joint.len(), 2);
     for (size, sigma) in &other.joint {
@@ -102,10 +108,11 @@ fn two_forms_that_are_nearly_one_are_a_group() {
     }
     let text = diagnosis_text::text("", &found, &diagnosis_text::Asked::default());
     assert!(text.contains(&format!("{} ~ {}", row.name, other.name)), "{text}");
+    assert!(text.contains(&format!("well determined: {}.angle + ", row.name)), "{text}");
     // All of it in the unit of the campaign's results.
     let lines = text.lines().filter(|line| line.contains(".angle = "));
     let units: Vec<&str> = lines.filter_map(|line| line.split(' ').next_back()).collect();
-    assert_eq!(units, ["mdeg"; 3], "{text}");
+    assert_eq!(units, ["mdeg"; 4], "{text}");
 }
 
 /// The row alone is there: its value is right, and the other one widens its uncertainty.

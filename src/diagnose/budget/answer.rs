@@ -18,6 +18,8 @@ use crate::units::Unit;
 use super::absorbed::Absorbed;
 use super::judge::Objection;
 use super::stamp_jumps::StampJump;
+
+pub use super::sizes::{Size, WellDetermined};
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::CONFOUNDED;
 
@@ -57,6 +59,8 @@ pub struct Row {
     pub unmodelled_alias: Option<String>,
     /// Effects that the readings hardly separate from it: rows, and near aliases outside the fit.
     pub confounded: Vec<Confounded>,
+    /// What of these together is far better determined than the row's value.
+    pub well_determined: Option<WellDetermined>,
     /// The jumps of stamps at which it acts.
     pub stamp_jumps: Vec<StampJump>,
     /// Ratio of its largest value to the typical magnitude.
@@ -72,6 +76,11 @@ impl Row {
             !one.is_row && (is_alias || one.is_probable)
         };
         self.confounded.iter().filter(is_close)
+    }
+
+    /// Those with which its value is reported together: rows, and effects of its group.
+    pub fn together(&self) -> impl Iterator<Item = &Confounded> {
+        self.confounded.iter().filter(|one| one.is_row).chain(self.grouped())
     }
 }
 
@@ -137,21 +146,6 @@ pub struct StepChange {
     /// Its standard uncertainty.
     pub sigma: f64,
     /// The unit in which it is shown.
-    pub unit: Unit,
-}
-
-/// A value of an effect that is not in the fit, as the sums find it.
-#[derive(Clone, Debug)]
-pub struct Size {
-    /// The parameter's full name.
-    pub parameter: String,
-    /// Component of it.
-    pub component: usize,
-    /// The setup, run, rig or instrument that it holds for.
-    pub of: Option<String>,
-    /// The value (SI).
-    pub value: f64,
-    /// Unit in which results give the parameter.
     pub unit: Unit,
 }
 

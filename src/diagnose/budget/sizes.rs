@@ -10,10 +10,35 @@ use crate::effect::Acts;
 use crate::engine::point::NamedValue;
 use crate::units::{Dimension, Unit};
 
-use super::answer::Size;
 use super::in_fit::effect_of;
 use super::linear::Linear;
 use super::selection::Selection;
+
+/// A value of an effect that is not in the fit, as the sums find it.
+#[derive(Clone, Debug)]
+pub struct Size {
+    /// The parameter's full name.
+    pub parameter: String,
+    /// Component of it.
+    pub component: usize,
+    /// The setup, run, rig or instrument that it holds for.
+    pub of: Option<String>,
+    /// The value (SI).
+    pub value: f64,
+    /// Unit in which results give the parameter.
+    pub unit: Unit,
+}
+
+/// A sum of values of several effects, which is better determined than each.
+#[derive(Clone, Debug)]
+pub struct WellDetermined {
+    /// The values with their factors (SI); that of the row is the first, with the factor 1.
+    pub of: Vec<(f64, Size)>,
+    /// The sum (SI).
+    pub value: f64,
+    /// Its standard uncertainty.
+    pub sigma: f64,
+}
 
 impl Linear {
     /// A value (SI) of a column with its parameter; `None` of columns of no parameter.

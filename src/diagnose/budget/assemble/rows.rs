@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::diagnose::budget::answer::Row;
+use crate::diagnose::budget::answer::{Confounded, Row};
 use crate::diagnose::budget::confounded::confounded;
 use crate::diagnose::budget::held_out::Folded;
 use crate::diagnose::budget::in_fit::effect_of;
@@ -12,6 +12,7 @@ use crate::diagnose::budget::member::member_uncertainties;
 use crate::diagnose::budget::noise_scale::scale_noise;
 use crate::diagnose::budget::pieces::Pieces;
 use crate::diagnose::budget::selection::{Ranked as RankedTerm, Selection};
+use crate::diagnose::budget::sizes::WellDetermined;
 use crate::diagnose::budget::solved::{Solved, ratio_to_typical};
 use crate::diagnose::budget::stamp_jumps::stamp_jumps;
 use crate::diagnose::budget::terms::without;
@@ -27,6 +28,9 @@ use super::Budget;
 
 /// Effects that are compared with a row.
 const RIVALS: usize = 8;
+
+/// Part of the standard uncertainty of a row below which a sum with others is reported.
+const BETTER: f64 = 0.5;
 
 /// A way to cut readings into folds.
 type Cut = fn(&Linear, &Selection<'_>, &[usize]) -> Pieces;
@@ -99,6 +103,7 @@ impl Budget<'_> {
         let Fitted { problem, fit, .. } = with_rows.clone();
         let explained = finish(problem, fit, Vec::new(), Vec::new())?;
         let of_rest = (whole.as_slice(), rest, gains);
+        let without_others = of_rows.clone();
         let confounded = confounded(linear, selection, &mut of_rows, of_rest, stands);
         for (at, confounded) in stands.iter().zip(confounded) {
             let term = model[*at];
@@ -115,14 +120,20 @@ impl Budget<'_> {
                 let own = values.iter_mut().filter(|value| value.instance == Some(*instance));
                 own.for_each(|value| value.sigma = value.sigma.map(|own| own.hypot(*share)));
             }
-            rows.push(Row {
+            let mut row = Row {
                 closes,
                 confounded,
                 member_sigma: own().map(|one| (one.family.clone(), one.sigma)).collect(),
                 ratio_to_typical: ratio_to_typical(&linear.fitted.problem, &values),
                 values,
                 ..self.row(*at, gains, &folded)
-            });
+            };
+            let others: Vec<&Confounded> = row.together().collect();
+            let found = without_others.well_determined(linear, selection, (&whole, *at), &others);
+            let sigma = row.values.first().and_then(|one| one.sigma);
+            let is_better = |one: &WellDetermined| sigma.is_some_and(|u| one.sigma < BETTER * u);
+            row.well_determined = found.filter(is_better);
+            rows.push(row);
         }
         rows.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
         Ok(Rows { rows, gap, steps, explained })
@@ -177,6 +188,7 @@ impl Budget<'_> {
                 .filter(|one| one.ln_bayes > ln_bayes - tie)
                 .and_then(|one| Some(linear.terms[one.term].place.as_ref()?.words.clone())),
             confounded: Vec::new(),
+            well_determined: None,
             stamp_jumps: stamp_jumps(&linear.fitted.problem, selected),
         }
     }
