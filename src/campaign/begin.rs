@@ -9,40 +9,43 @@
 //! | `candidate` | a column with the unit that it seems to have |
 //! | `survey` | the first rows of a table with all of its columns |
 //! | `axis_columns` | which columns are the axes of one thing |
+//! | `pose` | which columns are a pose in a plane |
 //! | `guess`, `log` | what the columns seem to be; a file with that |
+//! | `fitted` | the columns that a model of the library, or a stated one, takes |
 //! | `models`, `planar` | models to begin with, where none of the library fits |
 //! | `text` | lines of the campaign |
+//! | `unused` | which columns nothing takes, and why |
 
 mod axis_columns;
 mod candidate;
+mod fitted;
 mod guess;
 mod kinds;
 mod log;
 mod models;
 mod pairing;
 mod planar;
+mod pose;
 mod stamp_column;
 mod stamps;
 mod survey;
 mod text;
+mod unused;
 
 use std::path::PathBuf;
 
-use crate::campaign::columns::reading_columns;
-use crate::campaign::formats::Role;
 use crate::campaign::header::TIME;
-use crate::campaign::roles::roles;
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::graph::MeasurandKind;
-use crate::model::name::is_time;
-use crate::model::{Model, Process};
-use crate::units::Unit;
+use crate::model::Model;
 
-use candidate::{Candidate, base};
+use fitted::{Fitted, fitted};
 use guess::Guess;
 use log::Log;
 use survey::Survey;
-use text::{Rest, Table, Word};
+use text::{Rest, Word};
+
+/// What a model of the library, or a stated one, takes of a log.
+const OF_NAMES: &str = "columns of the names or the roles of its inputs and readings";
 
 /// A campaign to begin with.
 #[derive(Clone, Debug)]
@@ -53,8 +56,10 @@ pub struct Begun {
     pub model: Option<(String, String)>,
     /// A table that was computed for that model, likewise.
     pub table: Option<(String, String)>,
-    /// What is to be said of the logs.
+    /// Warnings about the logs.
     pub notes: Vec<String>,
+    /// The columns that the campaign does not use, file by file.
+    pub unused: Vec<String>,
 }
 
 /// A model with the name under which a campaign knows it.
@@ -107,8 +112,8 @@ pub fn begin(
         let message = "no two of the logs belong together";
         return Err(Diagnostic::error(message).help("name two logs: --from a.csv b.csv").into());
     };
-    let notes: Vec<String> = logs.iter().flat_map(Log::bad_rows).collect();
-    let rest = Rest::of(&logs, &recordings, &notes);
+    let mut notes: Vec<String> = logs.iter().flat_map(Log::bad_rows).collect();
+    let own_logs = [data, stream];
     let is_static = is_alone && data.stands_still();
     let own = match model {
         Some(own) => Some(fitted(own, data, stream)),
@@ -128,12 +133,17 @@ pub fn begin(
             of_data.open.append(&mut of_stream.open);
             tables.truncate(1);
         }
+        let unused = unused::of(own_logs, &tables, OF_NAMES);
+        let rest = Rest::of(&logs, &recordings, [&notes, &unused]);
         let campaign = text::campaign(&fitted.name, &tables, &fitted.sigmas, &rest);
-        return Ok(Begun { campaign, model: None, table: None, notes });
+        return Ok(Begun { campaign, model: None, table: None, notes, unused });
     }
     let made = match is_static {
         true => models::stops(data),
-        false => planar::planar(data, stream).or_else(|| models::pairs(data, stream)),
+        false => planar::planar(data, stream).or_else(|| {
+            notes.extend(planar::not_used(own_logs));
+            models::pairs(data, stream)
+        }),
     };
     let Some(made) = made else {
         let message = match is_alone {
@@ -153,148 +163,8 @@ pub fn begin(
         return Err(fault.into());
     };
     let file = format!("{}.toml", made.name);
+    let unused = unused::of(own_logs, &made.tables, made.takes);
+    let rest = Rest::of(&logs, &recordings, [&notes, &unused]);
     let campaign = text::campaign(&format!("./{file}"), &made.tables, &made.sigmas, &rest);
-    Ok(Begun { campaign, model: Some((file, made.text)), table: made.file, notes })
-}
-
-/// A model with the columns of two files that it may want.
-struct Fitted {
-    name: String,
-    data: Vec<Word>,
-    stream: Vec<Word>,
-    /// Lines to fill in for readings and for inputs that no column is.
-    open: [Vec<String>; 2],
-    /// How many inputs no column is.
-    missing: usize,
-    readings: usize,
-    sigmas: Vec<(String, String)>,
-    is_swapped: bool,
-    /// Whether the model depends on the stamps of rows at rest, too.
-    needs_time: bool,
-}
-
-impl Fitted {
-    fn is_whole(&self) -> bool {
-        self.missing == 0 && self.readings > 0
-    }
-
-    fn tables(&self, data: &Log, stream: &Log) -> Vec<Table> {
-        let (data, stream) = if self.is_swapped { (stream, data) } else { (data, stream) };
-        let table = |log: &Log, words: &[Word], open: &[String]| {
-            Table::of(log, words.to_vec(), open.to_vec())
-        };
-        let [of_data, of_stream] = &self.open;
-        vec![table(data, &self.data, of_data), table(stream, &self.stream, of_stream)]
-    }
-}
-
-/// Which columns a model may want, whichever file is the data.
-fn fitted(model: &NamedModel, data: &Log, stream: &Log) -> Fitted {
-    let one = try_fit(model, data, stream, false);
-    let other = try_fit(model, stream, data, true);
-    let score = |fitted: &Fitted| (fitted.is_whole(), fitted.readings, usize::MAX - fitted.missing);
-    if score(&other) > score(&one) { other } else { one }
-}
-
-fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: bool) -> Fitted {
-    let reading = |(index, name): (usize, String)| {
-        let one = &model.measurands[index];
-        let is_rotation = one.kind == MeasurandKind::Rotation;
-        (name, if is_rotation { Unit::one() } else { one.unit.clone() })
-    };
-    let readings: Vec<(String, Unit)> = reading_columns(model).into_iter().map(reading).collect();
-    let inputs: Vec<(String, Unit)> =
-        model.inputs.iter().map(|input| (input.name.clone(), input.unit.clone())).collect();
-    let of_data = wanted(&readings, data, &roles(model, true));
-    let of_stream = wanted(&inputs, stream, &roles(model, false));
-    let open = [open(&readings, &of_data, data), open(&inputs, &of_stream, stream)];
-    let sigmas = model
-        .measurands
-        .iter()
-        .filter(|one| of_data.iter().any(|word| word.name.starts_with(&one.name)))
-        .map(|one| (one.name.clone(), text::sigma(&one.name, &of_data, data, &one.unit)))
-        .collect();
-    Fitted {
-        name: name.clone(),
-        readings: of_data.len(),
-        data: Word::time(data).into_iter().chain(of_data).collect(),
-        stream: Word::time(stream).into_iter().chain(of_stream).collect(),
-        missing: open[1].len(),
-        open,
-        sigmas,
-        is_swapped,
-        needs_time: needs_time(model),
-    }
-}
-
-/// Whether a formula of a model names a time, or a random parameter depends on it.
-fn needs_time(model: &Model) -> bool {
-    let names = model.formulas().flat_map(|formula| formula.root.names());
-    let mut names = names.map(|(name, _)| name);
-    names.any(is_time) || model.parameters.iter().any(|one| one.process != Process::White)
-}
-
-/// Lines to fill in for names of a model that no column of a file is.
-fn open(names: &[(String, Unit)], words: &[Word], log: &Log) -> Vec<String> {
-    let missing = names.iter().filter(|(name, _)| words.iter().all(|word| word.name != *name));
-    let line = |(name, unit): &(String, Unit)| {
-        format!(
-            "{name} = {{ column = \"...\", unit = {} }},   # WRITE its column, or leave it out: none is called so; {}",
-            text::quoted(&unit.symbol),
-            log.column_list()
-        )
-    };
-    missing.map(line).collect()
-}
-
-/// The columns of a file for these names of a model: of the same name, else of the same role. What is
-/// of another kind is another quantity.
-fn wanted(names: &[(String, Unit)], log: &Log, roles: &[(String, Role)]) -> Vec<Word> {
-    let columns = &log.survey.columns;
-    let guessed = |column: usize| {
-        let Guess { position, attitude, heading, others, .. } = &log.guess;
-        let position = position.iter().flatten();
-        let all = position.chain(attitude.iter().flatten()).chain(heading).chain(others);
-        all.into_iter().find(|guessed| guessed.column == column).cloned()
-    };
-    let of = |(name, like): &(String, Unit)| {
-        let is_of_kind = |column: &usize| {
-            let unit = columns[*column].unit.clone().or(base(&columns[*column].name).1);
-            unit.is_none_or(|unit| like.accepts(&unit))
-        };
-        let called = |is: &dyn Fn(&str) -> bool| {
-            let all = columns.iter().enumerate().filter(|(_, column)| is(&column.name));
-            let all = || all.clone().map(|(at, _)| at).filter(is_of_kind);
-            // Of several columns of that name the one that is an axis of the position.
-            let is_axis = |at: &usize| {
-                let axes = log.guess.position.iter().flatten();
-                axes.into_iter().any(|axis| axis.column == *at)
-            };
-            all().find(is_axis).or_else(|| all().next())
-        };
-        let same = called(&|own| own == name);
-        let alike = || called(&|own| base(own).0 == name.to_lowercase());
-        let by_name = same.or_else(alike).and_then(|column| {
-            let unit = columns[column].unit.clone();
-            let known = guessed(column);
-            let known = known.or(unit.map(|unit| Candidate { column, unit, why: String::new() }));
-            // A column without a unit has that of the model.
-            known.map(|known| match like.accepts(&known.unit) {
-                true => known,
-                false => Candidate {
-                    unit: like.clone(),
-                    why: format!("its name; the file has no unit, CHECK `{}`", like.symbol),
-                    ..known
-                },
-            })
-        });
-        let role = roles.iter().find(|(own, _)| own == name).map(|(_, role)| *role);
-        let by_role = || match role? {
-            Role::Time(_) | Role::Other => None,
-            Role::Position(axis) => Some(log.guess.position.as_ref()?[axis].clone()),
-            Role::Attitude(k) => Some(log.guess.attitude.as_ref()?[k].clone()),
-        };
-        Word::of(name, log, by_name.or_else(by_role).as_ref())
-    };
-    names.iter().filter_map(of).collect()
+    Ok(Begun { campaign, model: Some((file, made.text)), table: made.file, notes, unused })
 }

@@ -98,6 +98,7 @@ impl New {
             said += &format!("wrote {}: how the path of dead reckoning bends\n", file.display());
         }
         output::file(&path, &begun.campaign, &Files::default())?;
+        begun.unused.iter().for_each(|line| said += &format!("{line}\n"));
         said += &format!(
             "wrote {0}\nnext: look at every line with `guessed` in it, then `homepoint check {0}`\n",
             path.display()

@@ -217,9 +217,88 @@ fn the_scales_of_a_path_of_dead_reckoning_are_estimated() {
     assert!((value("heading_scale") - 0.02).abs() < 1e-3, "{}", value("heading_scale"));
     assert!((value("distance_scale") - 0.01).abs() < 1e-3, "{}", value("distance_scale"));
     assert!(value("lever_left").abs() < 2e-3 && value("lever_forward").abs() < 2e-3);
+    // Neither noise nor rows that are lost at the start change that.
+    for start in ["0.000050,-0.000020,", "0.020000,0.001000,"] {
+        let near =
+            files.clone().map(|(name, text)| (name, text.replace("0.000000,0.000000,", start)));
+        assert!(begun(&near, None).unwrap().1.contains("heading_scale"), "{start}");
+    }
     // A path that does not begin at zero is none.
     let shifted = files.map(|(name, text)| (name, text.replace("0.000000,0.000000,", "1,1,")));
     assert!(!begun(&shifted, None).unwrap().1.contains("heading_scale"));
+}
+
+/// A pose in a plane stands among other columns, under other names, and beside an axis that hardly moves.
+#[test]
+fn poses_in_a_plane_are_known_beside_other_columns_and_by_other_names() {
+    let [(_, wheels), (_, cameras)] = reckoned();
+    let rows = |text: &str, head: &str, row: &dyn Fn(&[&str], usize) -> String| {
+        let rows = text.lines().skip(1).enumerate();
+        let rows = rows.map(|(n, line)| row(&line.split(',').collect::<Vec<_>>(), n) + "\n");
+        format!("{head}\n{}", rows.collect::<String>())
+    };
+    let height = |n: usize| 0.1 + 0.001 * (0.3 * n as f64).sin();
+    let flat = |cells: &[&str], _: usize| cells.join(",");
+    let upright = |cells: &[&str], n: usize| {
+        let [t, x, y, heading] = cells else { panic!("{cells:?}") };
+        format!("{t},{n},{x},{y},{:.5},{heading}", height(n))
+    };
+    // Motion capture with the second axis upwards: forward is z, to the left x.
+    let sideways = |cells: &[&str], n: usize| {
+        let [t, x, y, heading] = cells else { panic!("{cells:?}") };
+        format!("{t},{n},{y},{:.5},{x},{heading}", height(n))
+    };
+    let tilting = |cells: &[&str], n: usize| {
+        let [t, x, y, heading] = cells else { panic!("{cells:?}") };
+        format!("{t},{x},{y},{:.5},{:.5},{heading}", 0.01 * height(3 * n), 0.02 * height(n))
+    };
+    type Row<'a> = &'a dyn Fn(&[&str], usize) -> String;
+    let variants: [(&str, Row<'_>, &str, Row<'_>, &str); 4] = [
+        ("t_s,px,py,theta_rad", &flat, "t_s,Frame,x_m,y_m,z_m,yaw_rad", &upright, "`Frame`, `z_m`"),
+        (
+            "t_s,odom.pos_x [m],odom.pos_y [m],odom.yaw [rad]",
+            &flat,
+            "t_s,Frame,Robot X (m),Robot Y (m),Robot Z (m),Robot Yaw (rad)",
+            &upright,
+            "`Frame`, `Robot Z`",
+        ),
+        (
+            "t_s,x [m],y [m],psi",
+            &flat,
+            "t_s,Frame,x [m],y [m],z [m],heading",
+            &sideways,
+            "`Frame`, `y`",
+        ),
+        // Of the three angles of a vehicle psi is the heading.
+        (
+            "t_s,x_m,y_m,theta_rad",
+            &flat,
+            "t_s,x_m,y_m,phi_rad,theta_rad,psi_rad",
+            &tilting,
+            "`phi_rad`, `theta_rad`",
+        ),
+    ];
+    for (own, of_wheels, other, of_cameras, unused) in variants {
+        let files = [
+            ("wheels.csv", rows(&wheels, own, of_wheels)),
+            ("cameras.csv", rows(&cameras, other, of_cameras)),
+        ];
+        let (text, model, campaign) = begun(&files, None).unwrap();
+        assert!(model.contains("heading_scale"), "{other}\n{text}\n{model}");
+        assert!(text.contains(&format!("# not used of `cameras.csv`: {unused};")), "{text}");
+        assert!(readings(&campaign) > 3 * 500, "{text}");
+        let scale = fitted(&files).estimates().into_iter().find(|one| one.name == "heading_scale");
+        let scale = scale.unwrap().value.unwrap();
+        assert!((scale - 0.02).abs() < 1e-3, "{other}: {scale}");
+    }
+    // A pose that is not used is reported with the reason.
+    let unturned = |cells: &[&str], _: usize| cells[..3].join(",");
+    let files = [("wheels.csv", wheels), ("cameras.csv", rows(&cameras, "t_s,x_m,y_m", &unturned))];
+    let (text, model, _) = begun(&files, None).unwrap();
+    assert!(model.contains("x_scale"), "{model}");
+    let why =
+        "poses of `wheels.csv` are not used: `cameras.csv` has no pose in a plane, for no column";
+    assert!(text.contains(why), "{text}");
 }
 
 #[test]

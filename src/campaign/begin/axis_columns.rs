@@ -14,6 +14,11 @@ const OFF_LENGTH: f64 = 0.02;
 /// Words above columns that are no positions.
 const TURNS: [&str; 5] = ["rotation", "orientation", "attitude", "quaternion", "euler"];
 
+/// Words before the axis of a position.
+const POSITIONS: [&str; 8] = ["p", "pos", "position", "pose", "t", "translation", "tool", "hand"];
+/// What parts a name.
+const PARTS: [char; 5] = ['_', '.', '/', ' ', '-'];
+
 /// The columns of these names, in each way that may be one thing: side by side, else the first of
 /// each name.
 fn ways<const N: usize>(all: &[Surveyed], names: &[String; N]) -> Vec<[usize; N]> {
@@ -52,29 +57,31 @@ pub(super) fn quaternion(all: &[Surveyed]) -> Option<[usize; 4]> {
     })
 }
 
-/// Three columns whose names differ in their axis alone: those first that are called positions.
-pub(super) fn triple(all: &[Surveyed], free: &dyn Fn(&usize) -> bool) -> Option<[usize; 3]> {
-    let mut found: Vec<([usize; 3], bool)> = Vec::new();
+/// Columns of lengths, three or two, whose names differ in their axis alone: those first that are called
+/// positions. Two without a unit are called so, for two forces are as common.
+pub(super) fn axes<const N: usize>(
+    all: &[Surveyed],
+    free: &dyn Fn(&usize) -> bool,
+) -> Option<[usize; N]> {
+    let mut found: Vec<([usize; N], bool)> = Vec::new();
     for column in all {
         let small = column.name.to_lowercase();
         for (at, names) in triples(&small) {
+            let words: Vec<&str> =
+                small[..at].split(PARTS).filter(|word| !word.is_empty()).collect();
+            let is_called = words.last().is_none_or(|last| POSITIONS.contains(last))
+                || words.first() == Some(&"p");
             let unit = column.unit.clone().or(base(&column.name).1);
             let is_length = match unit {
                 Some(unit) => unit.dimension == Dimension::LENGTH,
-                None => rate(&column.name).is_none(),
+                None => rate(&column.name).is_none() && (N == 3 || is_called),
             };
-            let is_position = |columns: &[usize; 3]| {
+            let names: [String; N] = std::array::from_fn(|axis| names[axis].clone());
+            let is_position = |columns: &[usize; N]| {
                 columns.iter().all(|column| free(column) && !is_turn(&all[*column]))
             };
-            let Some(columns) = ways(all, &names).into_iter().find(is_position) else { continue };
-            if is_length {
-                let stem = &small[..at];
-                let is_called =
-                    ["", "p", "p_", "pos", "position", "t", "tool_", "hand_"].iter().any(|own| {
-                        stem == *own || stem.ends_with("position.") || stem.starts_with("p_")
-                    });
-                found.push((columns, is_called));
-            }
+            let columns = ways(all, &names).into_iter().find(is_position);
+            found.extend(columns.filter(|_| is_length).map(|columns| (columns, is_called)));
         }
     }
     let called = found.iter().find(|(_, is_called)| *is_called);

@@ -1,24 +1,26 @@
 //! What the columns of a table seem to be: guesses from their names and their values.
 
-use crate::campaign::begin::axis_columns::{is_turn, quaternion, triple};
+use crate::campaign::begin::axis_columns::{axes, is_turn, quaternion};
 use crate::campaign::begin::candidate::{Candidate, base, unit};
 use crate::campaign::begin::kinds::rate;
+use crate::campaign::begin::pose::{self, HEADINGS, is_called};
 use crate::campaign::begin::stamps::Stamps;
 use crate::campaign::begin::survey::{Survey, Surveyed};
 use crate::campaign::formats::Role;
 
-/// Names of headings and of angles.
-const HEADINGS: [&str; 6] = ["th", "theta", "yaw", "heading", "psi", "phi"];
+/// Names of other angles than headings.
 const ANGLES: [&str; 6] = ["angle", "azimuth", "elevation", "roll", "pitch", "joint"];
 
 /// What a table seems to hold.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Guess {
     pub(super) time: Option<Stamps>,
     pub(super) position: Option<[Candidate; 3]>,
     /// Components w, x, y, z of a quaternion.
     pub(super) attitude: Option<[Candidate; 4]>,
     pub(super) heading: Option<Candidate>,
+    /// Two axes and the heading; else why there are none.
+    pub(super) plane: Result<[Candidate; 3], String>,
     /// All other columns that move.
     pub(super) others: Vec<Candidate>,
 }
@@ -27,7 +29,7 @@ impl Guess {
     /// Of a table.
     pub(super) fn of(survey: &Survey) -> Self {
         let all = &survey.columns;
-        let mut guess = Self { time: Stamps::of(survey), ..Self::default() };
+        let time = Stamps::of(survey);
         let guessed = |column: usize, usual: &str, what: &str| {
             let (unit, why) = unit(&all[column], usual, what);
             Candidate { column, unit, why }
@@ -42,45 +44,44 @@ impl Guess {
         };
         let known: Option<Vec<usize>> = (0..4).map(|k| place(Role::Attitude(k))).collect();
         let quaternion = known.and_then(|known| known.try_into().ok()).or_else(|| quaternion(all));
-        guess.attitude = quaternion
+        let attitude = quaternion
             .map(|columns: [usize; 4]| columns.map(|column| guessed(column, "1", "quaternion")));
         let mut taken: Vec<usize> =
-            guess.time.iter().flat_map(|time| &time.parts).map(|part| part.column).collect();
+            time.iter().flat_map(|time| &time.parts).map(|part| part.column).collect();
         taken.extend(quaternion.into_iter().flatten());
         let known: Option<Vec<usize>> = (0..3).map(|k| place(Role::Position(k))).collect();
         let free = |column: &usize| !taken.contains(column) && all[*column].moves();
         let position = known.and_then(|known| known.try_into().ok());
-        let position: Option<[usize; 3]> = position.or_else(|| triple(all, &free));
-        guess.position =
-            position.map(|columns| columns.map(|column| guessed(column, "m", "position")));
+        let position: Option<[usize; 3]> = position.or_else(|| axes(all, &free));
+        let flat: Option<[usize; 2]> = axes(all, &free).filter(|_| position.is_none());
         taken.extend(position.into_iter().flatten());
-        let is = |names: &[&str], column: &Surveyed| {
-            let base = base(&column.name).0;
-            names.iter().any(|name| base == *name || base.ends_with(&format!("_{name}")))
+        let free = |column: &usize| !taken.contains(column) && all[*column].moves();
+        let angle = |column: usize| {
+            let largest =
+                all[column].values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+            guessed(column, if largest > 7.0 { "deg" } else { "rad" }, "angle")
         };
-        for column in (0..all.len()).filter(|column| !taken.contains(column)) {
+        let of_heading = pose::heading(all, &free);
+        let other = |column: usize| {
             let own = &all[column];
-            if !own.moves() {
-                continue;
-            }
-            let is_heading = is(&HEADINGS, own) && guess.heading.is_none();
-            if is_heading || is(&ANGLES, own) || is_turn(own) {
-                let largest = own.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-                let usual = if largest > 7.0 { "deg" } else { "rad" };
-                let angle = guessed(column, usual, "angle");
-                match is_heading {
-                    true => guess.heading = Some(angle),
-                    false => guess.others.push(angle),
-                }
+            if is_called(own, &HEADINGS) || is_called(own, &ANGLES) || is_turn(own) {
+                angle(column)
             } else if let Some(usual) = rate(&own.name) {
-                guess.others.push(guessed(column, usual, "a rate, by its name"));
-            } else if is_coordinate(all, own) {
-                guess.others.push(guessed(column, "m", "coordinate"));
+                guessed(column, usual, "a rate, by its name")
+            } else if flat.is_some_and(|flat| flat.contains(&column)) || is_coordinate(all, own) {
+                guessed(column, "m", "coordinate")
             } else {
-                guess.others.push(guessed(column, "1", "a column that moves"));
+                guessed(column, "1", "a column that moves")
             }
-        }
-        guess
+        };
+        let others = (0..all.len()).filter(|column| free(column) && of_heading != Some(*column));
+        let others = others.map(other).collect();
+        let heading = of_heading.map(angle);
+        let length = |column| guessed(column, "m", "position");
+        let position = position.map(|columns| columns.map(length));
+        let flat = flat.map(|columns| columns.map(length));
+        let plane = pose::in_plane(all, position.as_ref(), flat.as_ref(), heading.as_ref());
+        Self { time, position, attitude, heading, plane, others }
     }
 }
 

@@ -67,12 +67,6 @@ impl Log {
         spacing > STOPS || moving.all(|(_, column)| column.leaps() > LEAP)
     }
 
-    /// Whether its pose in a plane begins at zero: the path of dead reckoning.
-    pub(super) fn begins_at_zero(&self, columns: &[usize]) -> bool {
-        let first = |at: &usize| self.survey.columns[*at].values.first().copied();
-        columns.iter().all(|at| first(at) == Some(0.0))
-    }
-
     /// The mean time between its rows (s).
     pub(super) fn spacing(&self) -> Option<f64> {
         let [first, last] = self.span()?;

@@ -13,6 +13,8 @@ pub(super) struct Made {
     pub(super) sigmas: Vec<(String, String)>,
     /// A table that it needs beside: the name of its file, and its text.
     pub(super) file: Option<(String, String)>,
+    /// Which columns it takes, in words.
+    pub(super) takes: &'static str,
 }
 
 /// A table each for data and stream.
@@ -20,6 +22,9 @@ pub(super) fn tables(data: (&Log, Vec<Word>), stream: (&Log, Vec<Word>)) -> Vec<
     let table = |(log, words): (&Log, Vec<Word>)| Table::of(log, words, Vec::new());
     vec![table(data), table(stream)]
 }
+
+/// The columns of pairs.
+const ALIKE: &str = "columns of one kind that are called alike";
 
 /// Words for what was asked for, and for what came of it, in one log.
 const ASKED: [&str; 17] = [
@@ -117,6 +122,7 @@ fn name_of<'l>(log: &'l Log, one: &Candidate) -> Option<&'l str> {
 pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
     let is_one_log = std::ptr::eq(data, stream);
     let mut made = alike(data, stream);
+    let mut takes = ALIKE;
     let note = if made.is_empty() {
         let other_than_number = |one: &&Candidate| one.unit.symbol != "1";
         let first = |log: &Log| {
@@ -144,6 +150,7 @@ pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
             .or_else(|| firsts().filter(|(own, other)| is_all || is_of_kind(own, other)))?;
         let name = identifier(&name_of(data, &own).map_or("reading".to_owned(), |own| base(own).0));
         made.push(Pair { name, own, other });
+        takes = "the first two columns of one kind, for none are called alike";
         "# No two columns are called alike: WRITE what the readings of the data have to do with the stream.\n"
     } else {
         ""
@@ -158,7 +165,7 @@ pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
     let of_data = Word::time(data).into_iter().chain(parts.of_data).collect();
     let of_stream = Word::time(stream).into_iter().chain(parts.of_stream).collect();
     let tables = tables((data, of_data), (stream, of_stream));
-    Some(Made { name: "begun".into(), text, tables, sigmas: parts.sigmas, file: None })
+    Some(Made { name: "begun".into(), text, tables, sigmas: parts.sigmas, file: None, takes })
 }
 
 /// Columns of a table of stops, which has no streams and no delays.
@@ -179,6 +186,7 @@ pub(super) fn stops(data: &Log) -> Option<Made> {
         tables: vec![Table::of(data, words, Vec::new())],
         sigmas: parts.sigmas,
         file: None,
+        takes: ALIKE,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Poses in a plane: a model to begin with, with the scales of a path of dead reckoning where one of
 //! the logs is that.
 
-use crate::campaign::begin::candidate::base;
+use crate::campaign::begin::candidate::Candidate;
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::models::{Made, tables};
 use crate::campaign::begin::text::{Table, Word, sigma};
@@ -10,9 +10,12 @@ use crate::units::Unit;
 /// Rows of a stream that are smoothed together.
 const SMOOTHED: f64 = 20.0;
 
+/// So much of the way, and of a radian, is about zero.
+const NEAR_ZERO: f64 = 0.03;
+
 /// Quantities of a plain motion where one of the paths is of dead reckoning.
 const BENT: &str = r#"
-# One of the paths begins at zero, as that of dead reckoning (wheel counts, steps, an integrated gyro)
+# One of the paths begins about at zero, as that of dead reckoning (wheel counts, steps, an integrated gyro)
 # does: its distances and headings have scale errors, and a wrong heading bends the path more and
 # more. That is an integral over the way, which formulas do not have: BEND was computed from the
 # stream's poses, to first order. A heading that is wrong by much needs it computed again.
@@ -68,25 +71,19 @@ clock = { of = ["x", "y", "heading"] }
 /// Poses in a plane in both files.
 pub(super) fn planar(data: &Log, stream: &Log) -> Option<Made> {
     let pose = |log: &Log, names: [&str; 3]| {
-        let others = &log.guess.others;
-        let find = |axis: &str| {
-            others.iter().find(|one| base(&log.survey.columns[one.column].name).0 == axis)
-        };
-        let all = [find("x"), find("y"), log.guess.heading.as_ref()];
-        let mut words = vec![Word::time(log)?];
-        for (name, guessed) in names.into_iter().zip(all) {
-            words.push(Word::of(name, log, Some(guessed?))?);
-        }
-        Some(words)
+        let pose = log.guess.plane.as_ref().ok()?;
+        let words = names.into_iter().zip(pose);
+        let words = words.map(|(name, guessed)| Word::of(name, log, Some(guessed)));
+        std::iter::once(Word::time(log)).chain(words).collect::<Option<Vec<Word>>>()
     };
     let (of_data, of_stream) =
         (pose(data, ["x", "y", "heading"])?, pose(stream, ["ref_x", "ref_y", "ref_heading"])?);
-    let columns =
-        |words: &[Word]| words[1..].iter().map(|word| word.candidate.column).collect::<Vec<_>>();
     let text = PLANAR.replace("SMOOTH", &smooth(stream));
-    let is_reckoned =
-        data.begins_at_zero(&columns(&of_data)) || stream.begins_at_zero(&columns(&of_stream));
-    let bend = if is_reckoned { bend(stream, &of_stream) } else { None };
+    let bend = if [data, stream].into_iter().any(begins_at_zero) {
+        bend(stream, &of_stream)
+    } else {
+        None
+    };
     let text = if bend.is_some() { reckoned(&text, &smooth(stream)) } else { text };
     let units = [("x", "m"), ("y", "m"), ("heading", "rad")];
     let sigmas = units.map(|(name, symbol)| {
@@ -108,7 +105,39 @@ pub(super) fn planar(data: &Log, stream: &Log) -> Option<Made> {
         tables,
         sigmas: sigmas.to_vec(),
         file: bend.map(|text| (BEND.to_owned(), text)),
+        takes: "a position in a plane and a heading",
     })
+}
+
+/// Why poses in a plane are not used: the logs that hold none, where one at least has a pose.
+pub(super) fn not_used(logs: [&Log; 2]) -> Vec<String> {
+    let has_pose = |log: &Log| {
+        log.guess.plane.is_ok() || log.guess.heading.is_some() && log.guess.position.is_some()
+    };
+    let Some(own) = logs.into_iter().find(|log| has_pose(log)) else { return Vec::new() };
+    let own = own.survey.path.display();
+    let missing = logs.iter().filter_map(|log| Some((log, log.guess.plane.as_ref().err()?)));
+    let line = |(log, why): (&&Log, &String)| {
+        let file = log.survey.path.display();
+        format!("poses of `{own}` are not used: `{file}` has no pose in a plane, for {why}")
+    };
+    missing.map(line).collect()
+}
+
+/// Whether a log's pose in a plane begins about at zero: the path of dead reckoning, of which the first
+/// rows may be lost.
+fn begins_at_zero(log: &Log) -> bool {
+    let Ok(pose) = &log.guess.plane else { return false };
+    let column = |axis: &Candidate| &log.survey.columns[axis.column];
+    let first = pose.each_ref().map(|axis| {
+        let value = column(axis).values.iter().find(|value| value.is_finite());
+        value.map_or(f64::INFINITY, |value| axis.unit.to_si(*value))
+    });
+    let way = pose[..2].iter().map(|axis| column(axis).way() * axis.unit.factor);
+    let near = NEAR_ZERO * way.fold(0.0, f64::max);
+    let turn = std::f64::consts::TAU;
+    let heading = first[2] - turn * (first[2] / turn).round();
+    first[..2].iter().all(|place| place.abs() <= near) && heading.abs() <= NEAR_ZERO
 }
 
 /// The model of poses in a plane with the scales of a path of dead reckoning.

@@ -71,6 +71,18 @@ impl Surveyed {
         *third.select_nth_unstable_by(middle, f64::total_cmp).1 / (most - least)
     }
 
+    /// The range of its values but for the least and the largest twentieth, which may be outliers.
+    pub(super) fn way(&self) -> f64 {
+        let mut finite: Vec<f64> =
+            self.values.iter().copied().filter(|value| value.is_finite()).collect();
+        finite.sort_unstable_by(f64::total_cmp);
+        let end = finite.len() / 20;
+        match (finite.get(end), finite.iter().rev().nth(end)) {
+            (Some(least), Some(most)) => most - least,
+            _ => 0.0,
+        }
+    }
+
     /// The largest difference of two of its values.
     pub(super) fn range(&self) -> f64 {
         let finite = || self.values.iter().copied().filter(|value| value.is_finite());

@@ -144,8 +144,8 @@ impl Table {
 pub(super) struct Rest(Vec<String>);
 
 impl Rest {
-    /// Of all logs, the recordings that they make, and what is to be said of them.
-    pub(super) fn of(logs: &[Log], recordings: &[[usize; 2]], notes: &[String]) -> Self {
+    /// Of all logs, the recordings that they make, and further lines about them.
+    pub(super) fn of(logs: &[Log], recordings: &[[usize; 2]], others: [&[String]; 2]) -> Self {
         let name = |at: usize| logs[at].survey.path.display().to_string();
         let mut lines: Vec<String> = recordings
             .iter()
@@ -160,7 +160,7 @@ impl Rest {
         if !left.is_empty() {
             lines.push(format!("not used: {}; add it to `signals`, or as a run", left.join(", ")));
         }
-        lines.extend_from_slice(notes);
+        lines.extend(others.into_iter().flatten().cloned());
         Self(lines)
     }
 }

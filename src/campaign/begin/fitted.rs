@@ -1,0 +1,156 @@
+//! A model that is stated or in the library, with the columns of two files that it may want.
+
+use crate::campaign::begin::NamedModel;
+use crate::campaign::begin::candidate::{Candidate, base};
+use crate::campaign::begin::guess::Guess;
+use crate::campaign::begin::log::Log;
+use crate::campaign::begin::text::{self, Table, Word};
+use crate::campaign::columns::reading_columns;
+use crate::campaign::formats::Role;
+use crate::campaign::roles::roles;
+use crate::graph::MeasurandKind;
+use crate::model::name::is_time;
+use crate::model::{Model, Process};
+use crate::units::Unit;
+
+/// A model with the columns of two files that it may want.
+pub(super) struct Fitted {
+    pub(super) name: String,
+    data: Vec<Word>,
+    stream: Vec<Word>,
+    /// Lines to fill in for readings and for inputs that no column is.
+    open: [Vec<String>; 2],
+    /// How many inputs no column is.
+    missing: usize,
+    pub(super) readings: usize,
+    pub(super) sigmas: Vec<(String, String)>,
+    is_swapped: bool,
+    /// Whether the model depends on the stamps of rows at rest, too.
+    pub(super) needs_time: bool,
+}
+
+impl Fitted {
+    pub(super) fn is_whole(&self) -> bool {
+        self.missing == 0 && self.readings > 0
+    }
+
+    pub(super) fn tables(&self, data: &Log, stream: &Log) -> Vec<Table> {
+        let (data, stream) = if self.is_swapped { (stream, data) } else { (data, stream) };
+        let table = |log: &Log, words: &[Word], open: &[String]| {
+            Table::of(log, words.to_vec(), open.to_vec())
+        };
+        let [of_data, of_stream] = &self.open;
+        vec![table(data, &self.data, of_data), table(stream, &self.stream, of_stream)]
+    }
+}
+
+/// Which columns a model may want, whichever file is the data.
+pub(super) fn fitted(model: &NamedModel, data: &Log, stream: &Log) -> Fitted {
+    let one = try_fit(model, data, stream, false);
+    let other = try_fit(model, stream, data, true);
+    let score = |fitted: &Fitted| (fitted.is_whole(), fitted.readings, usize::MAX - fitted.missing);
+    if score(&other) > score(&one) { other } else { one }
+}
+
+fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: bool) -> Fitted {
+    let reading = |(index, name): (usize, String)| {
+        let one = &model.measurands[index];
+        let is_rotation = one.kind == MeasurandKind::Rotation;
+        (name, if is_rotation { Unit::one() } else { one.unit.clone() })
+    };
+    let readings: Vec<(String, Unit)> = reading_columns(model).into_iter().map(reading).collect();
+    let inputs: Vec<(String, Unit)> =
+        model.inputs.iter().map(|input| (input.name.clone(), input.unit.clone())).collect();
+    let of_data = wanted(&readings, data, &roles(model, true));
+    let of_stream = wanted(&inputs, stream, &roles(model, false));
+    let open = [open(&readings, &of_data, data), open(&inputs, &of_stream, stream)];
+    let sigmas = model
+        .measurands
+        .iter()
+        .filter(|one| of_data.iter().any(|word| word.name.starts_with(&one.name)))
+        .map(|one| (one.name.clone(), text::sigma(&one.name, &of_data, data, &one.unit)))
+        .collect();
+    Fitted {
+        name: name.clone(),
+        readings: of_data.len(),
+        data: Word::time(data).into_iter().chain(of_data).collect(),
+        stream: Word::time(stream).into_iter().chain(of_stream).collect(),
+        missing: open[1].len(),
+        open,
+        sigmas,
+        is_swapped,
+        needs_time: needs_time(model),
+    }
+}
+
+/// Whether a formula of a model names a time, or a random parameter depends on it.
+fn needs_time(model: &Model) -> bool {
+    let names = model.formulas().flat_map(|formula| formula.root.names());
+    let mut names = names.map(|(name, _)| name);
+    names.any(is_time) || model.parameters.iter().any(|one| one.process != Process::White)
+}
+
+/// Lines to fill in for names of a model that no column of a file is.
+fn open(names: &[(String, Unit)], words: &[Word], log: &Log) -> Vec<String> {
+    let missing = names.iter().filter(|(name, _)| words.iter().all(|word| word.name != *name));
+    let line = |(name, unit): &(String, Unit)| {
+        format!(
+            "{name} = {{ column = \"...\", unit = {} }},   # WRITE its column, or leave it out: none is called so; {}",
+            text::quoted(&unit.symbol),
+            log.column_list()
+        )
+    };
+    missing.map(line).collect()
+}
+
+/// The columns of a file for these names of a model: of the same name, else of the same role. What is
+/// of another kind is another quantity.
+fn wanted(names: &[(String, Unit)], log: &Log, roles: &[(String, Role)]) -> Vec<Word> {
+    let columns = &log.survey.columns;
+    let guessed = |column: usize| {
+        let Guess { position, attitude, heading, others, .. } = &log.guess;
+        let position = position.iter().flatten();
+        let all = position.chain(attitude.iter().flatten()).chain(heading).chain(others);
+        all.into_iter().find(|guessed| guessed.column == column).cloned()
+    };
+    let of = |(name, like): &(String, Unit)| {
+        let is_of_kind = |column: &usize| {
+            let unit = columns[*column].unit.clone().or(base(&columns[*column].name).1);
+            unit.is_none_or(|unit| like.accepts(&unit))
+        };
+        let called = |is: &dyn Fn(&str) -> bool| {
+            let all = columns.iter().enumerate().filter(|(_, column)| is(&column.name));
+            let all = || all.clone().map(|(at, _)| at).filter(is_of_kind);
+            // Of several columns of that name the one that is an axis of the position.
+            let is_axis = |at: &usize| {
+                let axes = log.guess.position.iter().flatten();
+                axes.into_iter().any(|axis| axis.column == *at)
+            };
+            all().find(is_axis).or_else(|| all().next())
+        };
+        let same = called(&|own| own == name);
+        let alike = || called(&|own| base(own).0 == name.to_lowercase());
+        let by_name = same.or_else(alike).and_then(|column| {
+            let unit = columns[column].unit.clone();
+            let known = guessed(column);
+            let known = known.or(unit.map(|unit| Candidate { column, unit, why: String::new() }));
+            // A column without a unit has that of the model.
+            known.map(|known| match like.accepts(&known.unit) {
+                true => known,
+                false => Candidate {
+                    unit: like.clone(),
+                    why: format!("its name; the file has no unit, CHECK `{}`", like.symbol),
+                    ..known
+                },
+            })
+        });
+        let role = roles.iter().find(|(own, _)| own == name).map(|(_, role)| *role);
+        let by_role = || match role? {
+            Role::Time(_) | Role::Other => None,
+            Role::Position(axis) => Some(log.guess.position.as_ref()?[axis].clone()),
+            Role::Attitude(k) => Some(log.guess.attitude.as_ref()?[k].clone()),
+        };
+        Word::of(name, log, by_name.or_else(by_role).as_ref())
+    };
+    names.iter().filter_map(of).collect()
+}
