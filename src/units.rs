@@ -234,13 +234,25 @@ pub const TABLE: &[Row] = &[
     ("mG", 1e-7, [0, -2, 1, 0, -1, 0]),
 ];
 
-/// Other characters for what is in the table: the degree sign, and the Greek letter in place of the
-/// micro sign.
-const SPELLINGS: [(&str, &str); 3] = [("°", "deg"), ("℃", "degC"), ("\u{3bc}", "\u{b5}")];
+/// Other characters for what is in the table: the degree sign, primes and quotes for minutes and seconds
+/// of arc (a quote inside quotes is doubled), and the Greek letter in place of the micro sign.
+const SPELLINGS: [(&str, &str); 9] = [
+    ("°", "deg"),
+    ("℃", "degC"),
+    ("\"\"", "arcsec"),
+    ("\"", "arcsec"),
+    ("\u{2033}", "arcsec"),
+    ("''", "arcsec"),
+    ("'", "arcmin"),
+    ("\u{2032}", "arcmin"),
+    ("\u{3bc}", "\u{b5}"),
+];
+/// Characters that are a unit by themselves, without letters beside them.
+const QUOTES: [char; 4] = ['"', '\'', '\u{2032}', '\u{2033}'];
 
 /// A text in the characters of the table; most are.
 fn spelled(text: &str) -> Cow<'_, str> {
-    if text.is_ascii() {
+    if text.is_ascii() && !text.contains(QUOTES) {
         return Cow::Borrowed(text);
     }
     let replaced = |text: String, (other, own): &(&str, &str)| text.replace(other, own);

@@ -112,7 +112,7 @@ pub fn begin(
         let message = "no two of the logs belong together";
         return Err(Diagnostic::error(message).help("name two logs: --from a.csv b.csv").into());
     };
-    let mut notes: Vec<String> = logs.iter().flat_map(Log::bad_rows).collect();
+    let mut notes: Vec<String> = logs.iter().flat_map(Log::faults).collect();
     let own_logs = [data, stream];
     let is_static = is_alone && data.stands_still();
     let own = match model {

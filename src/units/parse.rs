@@ -1,6 +1,6 @@
 //! Reads units (`um/min^0.5`, `m/(rad/s^2)`, `N m/rad`) and quantities (`1.5 arcsec`).
 
-use super::{Dimension, Exponent, Unit, UnitError, row, spelled};
+use super::{Dimension, Exponent, QUOTES, Unit, UnitError, row, spelled};
 use crate::units::TABLE;
 
 /// How deep parentheses may nest.
@@ -8,7 +8,7 @@ const MAXIMUM_DEPTH: usize = 16;
 
 impl Unit {
     /// Reads a unit: known symbols, `*` or a blank, `/`, `^` with a rational power, parentheses;
-    /// `degC` alone; `°` and `°C` for `deg` and `degC`. A blank after `/` is refused, for `m/s rad`
+    /// `degC` alone; `°` and `°C` for `deg` and `degC`, `'` and `"` for `arcmin` and `arcsec`. A blank after `/` is refused, for `m/s rad`
     /// could mean two things.
     ///
     /// # Errors
@@ -231,11 +231,17 @@ impl Reader<'_> {
                 self.depth -= 1;
                 Ok(inner)
             }
-            Some(first) if first.is_alphabetic() || matches!(first, '1' | '%' | '°' | '℃') => {
+            Some(first)
+                if first.is_alphabetic()
+                    || matches!(first, '1' | '%' | '°' | '℃')
+                    || QUOTES.contains(&first) =>
+            {
                 let start = self.at;
                 let rest = &self.text[start..];
                 let end = if matches!(first, '1' | '%') {
                     1
+                } else if QUOTES.contains(&first) {
+                    rest.find(|c: char| c != first).unwrap_or(rest.len())
                 } else {
                     let is_part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '°' | '℃');
                     rest.find(|c: char| !is_part(c)).unwrap_or(rest.len())

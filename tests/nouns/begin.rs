@@ -362,6 +362,29 @@ fn columns_without_names_are_not_alike_by_their_numbers_and_bad_rows_are_told() 
     assert!(begun.campaign.contains(note), "{}", begun.campaign);
 }
 
+/// A protocol with a row of units, in which a quote stands for seconds of arc, and a unit that is not known.
+#[test]
+fn units_below_the_names_may_be_quotes_and_are_named_where_they_are_not_known() {
+    let model = "name = \"own\"\n[inputs]\nface = { unit = \"deg\" }\n[parameters]\nzero = { unit = \"arcsec\" }\n\
+        [measurands]\nread = { value = 'zero + 0 * face', unit = \"arcsec\", sigma = \"1 arcsec\" }\n";
+    let protocol = |unit: &str| {
+        let rows = (0..12).map(|n| format!("{n};{};{},5;{}\n", (n * 7) % 12 * 30, n % 3, n % 4));
+        format!("Protocol;;;\n\nNr;face;read;air\n;°;{unit};furlong\n{}", rows.collect::<String>())
+    };
+    for unit in ["\"", "\u{2033}", "''"] {
+        let files = [("stops.csv", protocol(unit))];
+        let text = begun_with(model, &files);
+        let [(name, stops)] = &files;
+        assert!(text.contains("the column `air`"), "{text}");
+        let folder = Folder::new("stops", &[(*name, stops.as_str()), ("campaign.toml", &text)]);
+        let model = Model::parse(Source::new("own.toml", model)).unwrap();
+        let loaded = CampaignFile::read(&folder).unwrap().load(&model, &LoadOptions::default());
+        let loaded = loaded.unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+        let second = loaded.runs[0].held().readings[0][1];
+        assert!((second * 3600.0 - 1.5_f64.to_radians()).abs() < 1e-12, "{second} {text}");
+    }
+}
+
 /// A text below the rows stands for no reading that is missing.
 #[test]
 fn rows_of_text_are_no_missing_readings() {

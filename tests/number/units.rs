@@ -17,6 +17,11 @@ fn known_units_have_their_si_value() {
         ("deg / s^2", degree, Dimension::NONE / Dimension::TIME / Dimension::TIME),
         ("1/s", 1.0, Dimension::NONE / Dimension::TIME),
         ("ppm", 1e-6, Dimension::NONE),
+        ("\"", degree / 3600.0, Dimension::NONE),
+        ("\u{2033}/s", degree / 3600.0, Dimension::NONE / Dimension::TIME),
+        ("''", degree / 3600.0, Dimension::NONE),
+        ("'", degree / 60.0, Dimension::NONE),
+        ("\u{2032}", degree / 60.0, Dimension::NONE),
     ] {
         let unit = Unit::parse(text).unwrap();
         assert!((unit.factor / value - 1.0).abs() < 1e-15, "{text}: {}", unit.factor);

@@ -1,7 +1,7 @@
 //! A file with what its columns seem to be.
 
 use crate::campaign::begin::guess::Guess;
-use crate::campaign::begin::survey::Survey;
+use crate::campaign::begin::survey::{Survey, Surveyed};
 use crate::campaign::origin::listed;
 
 /// A log.
@@ -35,8 +35,8 @@ impl Log {
         format!("columns of `{}`: {columns}", self.survey.path.display())
     }
 
-    /// What is to be said of rows that are no numbers.
-    pub(super) fn bad_rows(&self) -> Vec<String> {
+    /// Warnings about units that are not known and about rows that are no numbers.
+    pub(super) fn faults(&self) -> Vec<String> {
         let file = self.survey.path.display();
         let rows = |count: usize, what: &str| {
             let rows = if count == 1 { "1 row has" } else { &format!("{count} rows have") };
@@ -50,7 +50,13 @@ impl Log {
             self.survey.text_rows,
             "no number at all, but text: compute with --skip-bad-rows, or delete such rows",
         );
-        cells.into_iter().chain(texts).collect()
+        let unit = |column: &Surveyed| {
+            let why = column.unknown.as_ref()?;
+            let name = &column.name;
+            Some(format!("`{file}`: {why} of the column `{name}`: state one that is known"))
+        };
+        let units = self.survey.columns.iter().filter_map(unit);
+        cells.into_iter().chain(texts).chain(units).collect()
     }
 
     /// Its first and last stamp (s).

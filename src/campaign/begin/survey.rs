@@ -29,6 +29,8 @@ pub(super) struct Surveyed {
     pub(super) is_named: bool,
     /// Its unit, where the header has one that is known.
     pub(super) unit: Option<Unit>,
+    /// Why what stands there is no unit.
+    pub(super) unknown: Option<String>,
     /// What its first cell is of the calendar, if it is no number.
     pub(super) calendar: Option<Calendar>,
     /// The cell above its name, where a row above the header is as wide: a word for several columns.
@@ -144,13 +146,18 @@ impl Survey {
             let (name, unit) = split(head);
             let is_named = !name.is_empty();
             let name = if is_named { name.to_owned() } else { (number + 1).to_string() };
-            let unit = unit.and_then(|(unit, _)| match unit.trim() {
-                "" => Some(Unit::one()),
-                unit => Unit::parse(unit).ok(),
+            let unit = unit.map(|(unit, _)| match unit.trim() {
+                "" => Ok(Unit::one()),
+                unit => Unit::parse(unit),
             });
+            let (unit, unknown) = match unit {
+                Some(Ok(unit)) => (Some(unit), None),
+                Some(Err(fault)) => (None, Some(fault.message)),
+                None => (None, None),
+            };
             let calendar = layout.first_cell(number).and_then(seeming);
             let above = above.get(number).cloned().unwrap_or_default();
-            Surveyed { name, is_named, unit, calendar, above, values: Vec::new() }
+            Surveyed { name, is_named, unit, unknown, calendar, above, values: Vec::new() }
         };
         let mut columns: Vec<Surveyed> =
             heads.iter().take(MOST_COLUMNS).enumerate().map(column).collect();
