@@ -114,7 +114,6 @@ pub fn begin(
     };
     let mut notes: Vec<String> = logs.iter().flat_map(Log::faults).collect();
     let own_logs = [data, stream];
-    let is_static = is_alone && data.stands_still();
     let own = match model {
         Some(own) => Some(fitted(own, data, stream)),
         None => {
@@ -124,7 +123,8 @@ pub fn begin(
     };
     if let Some(fitted) = own {
         let mut tables = fitted.tables(data, stream);
-        if is_static && let [of_data, of_stream] = tables.as_mut_slice() {
+        let is_at_rest = is_alone && (data.stands_still() || !fitted.has_streams);
+        if is_at_rest && let [of_data, of_stream] = tables.as_mut_slice() {
             // Rows at rest have no streams: inputs are columns of the data.
             let time = Word::time_at_rest(data, fitted.needs_time);
             let words = of_data.words.iter().chain(&of_stream.words);
@@ -138,7 +138,7 @@ pub fn begin(
         let campaign = text::campaign(&fitted.name, &tables, &fitted.sigmas, &rest);
         return Ok(Begun { campaign, model: None, table: None, notes, unused });
     }
-    let made = match is_static {
+    let made = match is_alone && data.stands_still() {
         true => models::stops(data),
         false => planar::planar(data, stream).or_else(|| {
             notes.extend(planar::not_used(own_logs));

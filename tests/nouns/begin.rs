@@ -540,6 +540,33 @@ fn an_angle_that_is_stepped_is_no_time() {
     assert!(!campaign.contains("time =") && !campaign.contains("signals"), "{campaign}");
 }
 
+/// A model without streams makes a table of stops of any log: even steps and a few seconds between rows
+/// are no stream.
+#[test]
+fn a_model_without_streams_takes_its_inputs_from_the_data() {
+    let model = "name = \"own\"\n[inputs]\nface = { unit = \"deg\" }\n[parameters]\nzero = { unit = \"deg\" }\n\
+        [measurands]\nread = { value = 'face + zero', unit = \"deg\" }\n";
+    let row = |t: f64| {
+        let stop = (2.0 * t) as usize;
+        format!(
+            "03.11.2025;09:{:02}:{:02};{};{:.3}",
+            stop / 7,
+            8 * (stop % 7),
+            15 * stop,
+            30.0 * t + 0.1
+        )
+    };
+    let files = [("stops.csv", table("Datum;Uhrzeit;face [deg];read [deg]", 0.5, row))];
+    let text = begun_with(model, &files);
+    assert!(!text.contains("signals") && !text.contains("time ="), "{text}");
+    let [(name, stops)] = &files;
+    let folder = Folder::new("stops", &[(*name, stops.as_str()), ("campaign.toml", &text)]);
+    let model = Model::parse(Source::new("own.toml", model)).unwrap();
+    let loaded = CampaignFile::read(&folder).unwrap().load(&model, &LoadOptions::default());
+    let loaded = loaded.unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    assert_eq!(readings(&loaded), 60, "{text}");
+}
+
 #[test]
 fn names_in_a_begun_table_of_stops_are_unique() {
     let model = |value: &str| {

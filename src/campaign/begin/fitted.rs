@@ -25,6 +25,8 @@ pub(super) struct Fitted {
     pub(super) readings: usize,
     pub(super) sigmas: Vec<(String, String)>,
     is_swapped: bool,
+    /// Whether the model has inputs that are streams.
+    pub(super) has_streams: bool,
     /// Whether the model depends on the stamps of rows at rest, too.
     pub(super) needs_time: bool,
 }
@@ -79,6 +81,7 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
         open,
         sigmas,
         is_swapped,
+        has_streams: model.inputs.iter().any(|input| input.signal),
         needs_time: needs_time(model),
     }
 }
