@@ -13,6 +13,8 @@
 //! | `guess`, `log` | what the columns seem to be; a file with that |
 //! | `fitted` | the columns that a model of the library, or a stated one, takes |
 //! | `models`, `planar` | models to begin with, where none of the library fits |
+//! | `word` | a column as a campaign names it |
+//! | `scatter` | a standard uncertainty, from the readings |
 //! | `text` | lines of the campaign |
 //! | `unused` | which columns nothing takes, and why |
 
@@ -26,11 +28,13 @@ mod models;
 mod pairing;
 mod planar;
 mod pose;
+mod scatter;
 mod stamp_column;
 mod stamps;
 mod survey;
 mod text;
 mod unused;
+mod word;
 
 use std::path::PathBuf;
 
@@ -42,7 +46,8 @@ use fitted::{Fitted, fitted};
 use guess::Guess;
 use log::Log;
 use survey::Survey;
-use text::{Rest, Word};
+use text::Rest;
+use word::{Word, quoted};
 
 /// What a model of the library, or a stated one, takes of a log.
 const OF_NAMES: &str = "columns of the names or the roles of its inputs and readings";
@@ -93,7 +98,7 @@ pub fn begin(
             let help = match stamp_column::counter(&log.survey) {
                 Some(name) => format!(
                     "`{name}` counts rows: where they come at a known rate, name it with the time from row to row: time = {{ column = {}, unit = \"10 ms\" }}",
-                    text::quoted(name)
+                    quoted(name)
                 ),
                 None => "name the column in the campaign yourself (docs/files-as-they-are.md)"
                     .to_owned(),

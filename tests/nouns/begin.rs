@@ -178,6 +178,43 @@ fn columns_of_one_kind_go_together() {
     assert!(model.contains("east_scale * ref_east + east_offset', unit = \"m\""), "{model}");
 }
 
+/// Standard uncertainties are the scatter of dense readings, however far they go; of sparse ones no less than
+/// a part of the way.
+#[test]
+fn uncertainties_are_guessed_from_the_scatter_about_a_smooth_curve() {
+    let noise = |t: f64, salt: f64| {
+        let uniform = |k: f64| ((4e3 * t + 7.1 * k + salt).sin() * 43_758.545_3).rem_euclid(1.0);
+        3_f64.sqrt() * ((0..4).map(|k| uniform(f64::from(k))).sum::<f64>() - 2.0)
+    };
+    let row = |t: f64, size: f64| {
+        // Stamps are uneven, as those of an operating system.
+        let at = t + 0.01 * noise(t, 5.0).clamp(-2.0, 2.0);
+        let (east, turn) = (3.0 * (0.4 * at).sin(), 0.5 * (0.3 * at).cos());
+        let (east, turn) =
+            (east + 4e-4 * size * noise(t, 1.0), turn + 2.5e-4 * size * noise(t, 2.0));
+        format!("{at:.6},{east:.6},{turn:.7}")
+    };
+    let head = "t_s,east [m],turn [rad]";
+    let sigma = |text: &str, name: &str| {
+        let (_, rest) = text.split_once(&format!("{name} = {{ sigma = \"")).unwrap();
+        let (value, rest) = rest.split_once('"').unwrap();
+        let why = rest.lines().next().unwrap().to_owned();
+        (homepoint::units::parse_quantity(value).unwrap().0, value.to_owned(), why)
+    };
+    let stream = ("fast.csv", table(head, 0.01, |t| row(t, 1.0)));
+    let (text, ..) =
+        begun(&[("slow.csv", table(head, 0.05, |t| row(t, 1.0))), stream.clone()], None).unwrap();
+    for (name, expected, unit) in [("east", 4e-4, "um"), ("turn", 2.5e-4, "urad")] {
+        let (value, written, why) = sigma(&text, name);
+        assert!((value / expected - 1.0).abs() < 0.2, "{name}: {written}");
+        assert!(written.ends_with(unit) && why.contains("about a smooth curve"), "{written} {why}");
+    }
+    let sparse = table(head, 2.5, |t| row(t, 0.0));
+    let (text, ..) = begun(&[("slow.csv", sparse), stream], None).unwrap();
+    let (value, _, why) = sigma(&text, "east");
+    assert!(value > 6e-3 && why.contains("too sparse"), "{value} {why}");
+}
+
 /// A path of dead reckoning: it begins at zero, its turns are 2 % too large, its distances 1 % too long.
 fn reckoned() -> [(&'static str, String); 2] {
     let course = |t: f64| 1.5 * (0.5 * t).sin();

@@ -4,7 +4,9 @@ use crate::campaign::begin::NamedModel;
 use crate::campaign::begin::candidate::{Candidate, base};
 use crate::campaign::begin::guess::Guess;
 use crate::campaign::begin::log::Log;
-use crate::campaign::begin::text::{self, Table, Word};
+use crate::campaign::begin::scatter::Sigma;
+use crate::campaign::begin::text::Table;
+use crate::campaign::begin::word::{Word, quoted};
 use crate::campaign::columns::reading_columns;
 use crate::campaign::formats::Role;
 use crate::campaign::roles::roles;
@@ -23,7 +25,7 @@ pub(super) struct Fitted {
     /// How many inputs no column is.
     missing: usize,
     pub(super) readings: usize,
-    pub(super) sigmas: Vec<(String, String)>,
+    pub(super) sigmas: Vec<Sigma>,
     is_swapped: bool,
     /// Whether the model has inputs that are streams.
     pub(super) has_streams: bool,
@@ -70,7 +72,7 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
         .measurands
         .iter()
         .filter(|one| of_data.iter().any(|word| word.name.starts_with(&one.name)))
-        .map(|one| (one.name.clone(), text::sigma(&one.name, &of_data, data, &one.unit)))
+        .map(|one| Sigma::of_columns(&one.name, &of_data, data, &one.unit))
         .collect();
     Fitted {
         name: name.clone(),
@@ -99,7 +101,7 @@ fn open(names: &[(String, Unit)], words: &[Word], log: &Log) -> Vec<String> {
     let line = |(name, unit): &(String, Unit)| {
         format!(
             "{name} = {{ column = \"...\", unit = {} }},   # WRITE its column, or leave it out: none is called so; {}",
-            text::quoted(&unit.symbol),
+            quoted(&unit.symbol),
             log.column_list()
         )
     };

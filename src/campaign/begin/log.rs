@@ -16,7 +16,7 @@ const MOST_NAMES: usize = 20;
 /// Rows farther apart (s) are stops, not a motion.
 const STOPS: f64 = 10.0;
 /// A third difference of so much of the whole way is no curve.
-const LEAP: f64 = 0.05;
+pub(super) const LEAP: f64 = 0.05;
 
 impl Log {
     /// The names of its columns.

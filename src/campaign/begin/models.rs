@@ -2,7 +2,9 @@
 
 use crate::campaign::begin::candidate::{Candidate, base};
 use crate::campaign::begin::log::Log;
-use crate::campaign::begin::text::{Table, Word, quoted, sigma};
+use crate::campaign::begin::scatter::Sigma;
+use crate::campaign::begin::text::Table;
+use crate::campaign::begin::word::{Word, quoted};
 use crate::model::name;
 
 /// A model that was made, and the columns that it takes.
@@ -10,7 +12,7 @@ pub(super) struct Made {
     pub(super) name: String,
     pub(super) text: String,
     pub(super) tables: Vec<Table>,
-    pub(super) sigmas: Vec<(String, String)>,
+    pub(super) sigmas: Vec<Sigma>,
     /// A table that it needs beside: the name of its file, and its text.
     pub(super) file: Option<(String, String)>,
     /// Which columns it takes, in words.
@@ -175,9 +177,7 @@ pub(super) fn stops(data: &Log) -> Option<Made> {
         return None;
     }
     let mut parts = Parts::of(&made, data, data, false);
-    for ((_, sigma), pair) in parts.sigmas.iter_mut().zip(&made) {
-        *sigma = apart(data, pair);
-    }
+    parts.sigmas = made.iter().map(|pair| apart(data, pair)).collect();
     let words = parts.of_data.iter().chain(&parts.of_stream).cloned();
     let words = Word::time_at_rest(data, false).into_iter().chain(words).collect();
     Some(Made {
@@ -191,7 +191,7 @@ pub(super) fn stops(data: &Log) -> Option<Made> {
 }
 
 /// How far readings at rest are from what they are of, in the middle, beside what all have in common.
-fn apart(log: &Log, Pair { own, other, .. }: &Pair) -> String {
+fn apart(log: &Log, Pair { name, own, other }: &Pair) -> Sigma {
     let si = |one: &Candidate| {
         let unit = one.unit.clone();
         log.survey.columns[one.column].values.iter().map(move |value| unit.to_si(*value))
@@ -212,8 +212,8 @@ fn apart(log: &Log, Pair { own, other, .. }: &Pair) -> String {
     };
     let common = middle(&mut all);
     all.iter_mut().for_each(|apart| *apart = (*apart - common).abs());
-    let scatter = 1.4826 * middle(&mut all) / own.unit.factor;
-    format!("{:.1e} {}", scatter.max(1e-12), own.unit.symbol)
+    let why = "the scatter of its differences from what it is read of";
+    Sigma::of(name, 1.4826 * middle(&mut all), &own.unit, why)
 }
 
 /// What a model of pairs consists of.
@@ -223,7 +223,7 @@ struct Parts {
     measurands: String,
     of_data: Vec<Word>,
     of_stream: Vec<Word>,
-    sigmas: Vec<(String, String)>,
+    sigmas: Vec<Sigma>,
 }
 
 impl Parts {
@@ -268,7 +268,7 @@ impl Parts {
         }
         let sigmas = pairs.iter().map(|pair| {
             let Pair { name, own, .. } = pair;
-            (name.clone(), sigma(name, &of_data, data, &own.unit))
+            Sigma::of_columns(name, &of_data, data, &own.unit)
         });
         let sigmas = sigmas.collect();
         Self { inputs, parameters, measurands, of_data, of_stream, sigmas }

@@ -4,7 +4,9 @@
 use crate::campaign::begin::candidate::Candidate;
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::models::{Made, tables};
-use crate::campaign::begin::text::{Table, Word, sigma};
+use crate::campaign::begin::scatter::Sigma;
+use crate::campaign::begin::text::Table;
+use crate::campaign::begin::word::Word;
 use crate::units::Unit;
 
 /// Rows of a stream that are smoothed together.
@@ -88,7 +90,7 @@ pub(super) fn planar(data: &Log, stream: &Log) -> Option<Made> {
     let units = [("x", "m"), ("y", "m"), ("heading", "rad")];
     let sigmas = units.map(|(name, symbol)| {
         let unit = Unit::parse(symbol).unwrap_or_else(|_| Unit::one());
-        (name.to_owned(), sigma(name, &of_data, data, &unit))
+        Sigma::of_columns(name, &of_data, data, &unit)
     });
     let mut tables = tables((data, of_data), (stream, of_stream));
     if bend.is_some() {
