@@ -138,8 +138,8 @@ pub fn begin(
             of_data.open.append(&mut of_stream.open);
             tables.truncate(1);
         }
-        let unused = unused::of(own_logs, &tables, OF_NAMES);
-        let rest = Rest::of(&logs, &recordings, [&notes, &unused]);
+        let unused = unused::list(own_logs, &mut tables, OF_NAMES);
+        let rest = Rest::of(&logs, &recordings, &notes);
         let campaign = text::campaign(&fitted.name, &tables, &fitted.sigmas, &rest);
         return Ok(Begun { campaign, model: None, table: None, notes, unused });
     }
@@ -150,7 +150,7 @@ pub fn begin(
             models::pairs(data, stream)
         }),
     };
-    let Some(made) = made else {
+    let Some(mut made) = made else {
         let message = match is_alone {
             true => {
                 "the columns of this one table do not say which are inputs and which are readings of them"
@@ -168,8 +168,8 @@ pub fn begin(
         return Err(fault.into());
     };
     let file = format!("{}.toml", made.name);
-    let unused = unused::of(own_logs, &made.tables, made.takes);
-    let rest = Rest::of(&logs, &recordings, [&notes, &unused]);
+    let unused = unused::list(own_logs, &mut made.tables, made.takes);
+    let rest = Rest::of(&logs, &recordings, &notes);
     let campaign = text::campaign(&format!("./{file}"), &made.tables, &made.sigmas, &rest);
     Ok(Begun { campaign, model: Some((file, made.text)), table: made.file, notes, unused })
 }

@@ -132,7 +132,8 @@ impl Loader<'_> {
             let mut same = tables.iter().filter(|other| other.path == table.path);
             same.any(|other| other.columns.get(index).is_some_and(|column| column.wanted.is_some()))
         };
-        let named = table.columns.iter().filter(|column| column.is_named);
+        let is_known = |column: &&Column| table.form.unused.contains(&column.name);
+        let named = table.columns.iter().filter(|column| column.is_named && !is_known(column));
         let unused = named.filter(|column| !is_used(column.index));
         let unused: Vec<_> =
             unused.filter(|column| self.warned.insert(column.name.clone())).collect();
@@ -155,8 +156,10 @@ impl Loader<'_> {
         let warning = Diagnostic::warning(format!("{columns} not used: model `{model}` {does}"));
         let mut warning = warning.at(table.header_place(place));
         if table.is_outside() {
-            self.warnings
-                .push(warning.help(format!("their names are not shown, for the file {OUTSIDE}")));
+            let why = format!(
+                "their names are not shown, for the file {OUTSIDE}; --show-outside shows them, and `unused = [...]` beside `file` ends this warning"
+            );
+            self.warnings.push(warning.help(why));
             return;
         }
         for column in unused.iter().take(MOST_NAMES) {

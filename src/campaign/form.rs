@@ -13,8 +13,8 @@ use crate::units::Unit;
 pub(crate) const MOST_LINE: usize = 1000;
 
 /// The keys of a file's form.
-pub(crate) const KEYS: [&str; 7] =
-    ["format", "separator", "decimal", "header", "dates", "missing", "wraps"];
+pub(crate) const KEYS: [&str; 8] =
+    ["format", "separator", "decimal", "header", "dates", "missing", "wraps", "unused"];
 
 /// Where the header row of a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +44,8 @@ pub struct Form {
     pub missing: Vec<String>,
     /// After which time its stamps begin anew (s).
     pub wraps: Option<f64>,
+    /// Columns that nothing is expected to use: no warning names them.
+    pub unused: Vec<String>,
 }
 
 /// Whether a cell stands for a reading that is missing: a word in capitals or not, a number however
@@ -98,15 +100,19 @@ impl Form {
         }
         if let Some(item) = get(entries, "missing") {
             form.missing = match &item.value {
-                Value::List(_) => {
-                    let texts = reader.texts(item, "missing = [\"nan\", \"-999\"]");
-                    texts.into_iter().map(|(text, _)| text).collect()
-                }
+                Value::List(_) => list(reader, item, "missing = [\"nan\", \"-999\"]"),
                 _ => reader.text(item, "missing = \"nan\"").into_iter().collect(),
             };
         }
+        if let Some(item) = get(entries, "unused") {
+            form.unused = list(reader, item, "unused = [\"frame\", \"battery\"]");
+        }
         form
     }
+}
+
+fn list(reader: &mut Reader, item: &Item, example: &str) -> Vec<String> {
+    reader.texts(item, example).into_iter().map(|(text, _)| text).collect()
 }
 
 fn header(reader: &mut Reader, item: &Item) -> Option<HeaderRow> {

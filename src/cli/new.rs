@@ -1,6 +1,6 @@
 //! `homepoint new`: a model to start from, or a campaign begun from logs.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use clap::Args;
 
@@ -120,13 +120,35 @@ fn free(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A path as it is named from a folder: short where it lies in it, else as it is, or absolute.
+/// A path as it is named from a folder: relative where both have a folder in common, else absolute. Links
+/// are followed, for `..` follows them, too.
 fn seen_from(folder: &Path, path: &Path) -> PathBuf {
     if folder.as_os_str().is_empty() {
         return path.to_owned();
     }
-    let (Ok(home), Ok(whole)) = (std::path::absolute(folder), std::path::absolute(path)) else {
-        return path.to_owned();
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let (home, whole) = match (path.parent(), path.file_name()) {
+        (Some(own), Some(name)) => (real(folder), real(own).join(name)),
+        _ => (real(folder), path),
     };
-    whole.strip_prefix(&home).map(Path::to_owned).unwrap_or(whole)
+    let common = home.components().zip(whole.components()).take_while(|(a, b)| a == b).count();
+    // All that a file system has in common is its root.
+    if common <= 1 {
+        return whole;
+    }
+    let up = home.components().skip(common).map(|_| Component::ParentDir);
+    up.chain(whole.components().skip(common)).collect()
+}
+
+/// An absolute path without links; what is not there yet is added as it is named.
+fn real(path: &Path) -> PathBuf {
+    let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let there = whole.ancestors().find_map(|own| Some((own, std::fs::canonicalize(own).ok()?)));
+    match there {
+        Some((own, real)) => match whole.strip_prefix(own) {
+            Ok(rest) if !rest.as_os_str().is_empty() => real.join(rest),
+            _ => real,
+        },
+        None => whole,
+    }
 }

@@ -11,6 +11,7 @@ mod scale;
 #[path = "../problems/stream.rs"]
 mod stream;
 
+mod begun_beside;
 mod delays_of_runs;
 mod effects_elsewhere;
 mod examples;

@@ -291,20 +291,26 @@ fn poses_in_a_plane_are_known_beside_other_columns_and_by_other_names() {
     };
     type Row<'a> = &'a dyn Fn(&[&str], usize) -> String;
     let variants: [(&str, Row<'_>, &str, Row<'_>, &str); 4] = [
-        ("t_s,px,py,theta_rad", &flat, "t_s,Frame,x_m,y_m,z_m,yaw_rad", &upright, "`Frame`, `z_m`"),
+        (
+            "t_s,px,py,theta_rad",
+            &flat,
+            "t_s,Frame,x_m,y_m,z_m,yaw_rad",
+            &upright,
+            r#""Frame", "z_m""#,
+        ),
         (
             "t_s,odom.pos_x [m],odom.pos_y [m],odom.yaw [rad]",
             &flat,
             "t_s,Frame,Robot X (m),Robot Y (m),Robot Z (m),Robot Yaw (rad)",
             &upright,
-            "`Frame`, `Robot Z`",
+            r#""Frame", "Robot Z""#,
         ),
         (
             "t_s,x [m],y [m],psi",
             &flat,
             "t_s,Frame,x [m],y [m],z [m],heading",
             &sideways,
-            "`Frame`, `y`",
+            r#""Frame", "y""#,
         ),
         // Of the three angles of a vehicle psi is the heading.
         (
@@ -312,7 +318,7 @@ fn poses_in_a_plane_are_known_beside_other_columns_and_by_other_names() {
             &flat,
             "t_s,x_m,y_m,phi_rad,theta_rad,psi_rad",
             &tilting,
-            "`phi_rad`, `theta_rad`",
+            r#""phi_rad", "theta_rad""#,
         ),
     ];
     for (own, of_wheels, other, of_cameras, unused) in variants {
@@ -322,7 +328,7 @@ fn poses_in_a_plane_are_known_beside_other_columns_and_by_other_names() {
         ];
         let (text, model, campaign) = begun(&files, None).unwrap();
         assert!(model.contains("heading_scale"), "{other}\n{text}\n{model}");
-        assert!(text.contains(&format!("# not used of `cameras.csv`: {unused};")), "{text}");
+        assert!(text.contains(&format!("unused = [{unused}],   # the model takes")), "{text}");
         assert!(readings(&campaign) > 3 * 500, "{text}");
         let scale = fitted(&files).estimates().into_iter().find(|one| one.name == "heading_scale");
         let scale = scale.unwrap().value.unwrap();

@@ -99,6 +99,7 @@ pub(super) fn planar(data: &Log, stream: &Log) -> Option<Made> {
             form: String::new(),
             words: Vec::new(),
             open: Vec::new(),
+            unused: None,
         });
     }
     Some(Made {

@@ -15,6 +15,8 @@ pub(super) struct Table {
     pub(super) words: Vec<Word>,
     /// Lines to fill in.
     pub(super) open: Vec<String>,
+    /// Columns that the model does not take, with a comment.
+    pub(super) unused: Option<String>,
 }
 
 impl Table {
@@ -30,7 +32,7 @@ impl Table {
             format!(" dates = {order},   # guessed: no date decides; {others}? CHECK\n   ")
         });
         let form = header.into_iter().chain(dates).collect();
-        Self { path: survey.path.clone(), form, words, open }
+        Self { path: survey.path.clone(), form, words, open, unused: None }
     }
 
     /// As it stands behind `data =` or in `signals`.
@@ -49,11 +51,18 @@ impl Table {
             })
             .chain(open)
             .collect();
-        match (lines.is_empty(), self.form.as_str()) {
-            (true, "") => file,
-            (true, form) => format!("{{ file = {file},{form} }}"),
-            (false, form) => {
-                format!("{{ file = {file},{form} columns = {{\n{}{indent}}} }}", lines.concat())
+        let unused =
+            self.unused.as_ref().map(|unused| format!("\n{indent}    {unused}\n{indent}}}"));
+        let columns = match lines.is_empty() {
+            true => String::new(),
+            false => format!(" columns = {{\n{}{indent}}}", lines.concat()),
+        };
+        match (columns.as_str(), self.form.as_str(), unused) {
+            ("", "", None) => file,
+            (columns, form, None) => format!("{{ file = {file},{form}{columns} }}"),
+            (columns, form, Some(unused)) => {
+                let comma = if columns.is_empty() { "" } else { "," };
+                format!("{{ file = {file},{form}{columns}{comma}{unused}")
             }
         }
     }
@@ -65,7 +74,7 @@ pub(super) struct Rest(Vec<String>);
 
 impl Rest {
     /// Of all logs, the recordings that they make, and further lines about them.
-    pub(super) fn of(logs: &[Log], recordings: &[[usize; 2]], others: [&[String]; 2]) -> Self {
+    pub(super) fn of(logs: &[Log], recordings: &[[usize; 2]], others: &[String]) -> Self {
         let name = |at: usize| logs[at].survey.path.display().to_string();
         let mut lines: Vec<String> = recordings
             .iter()
@@ -80,7 +89,7 @@ impl Rest {
         if !left.is_empty() {
             lines.push(format!("not used: {}; add it to `signals`, or as a run", left.join(", ")));
         }
-        lines.extend(others.into_iter().flatten().cloned());
+        lines.extend_from_slice(others);
         Self(lines)
     }
 }
