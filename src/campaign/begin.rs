@@ -52,6 +52,9 @@ use word::{Word, quoted};
 /// What a model of the library, or a stated one, takes of a log.
 const OF_NAMES: &str = "columns of the names or the roles of its inputs and readings";
 
+/// Why columns of two logs make no pair.
+const GO_TOGETHER: &str = "columns go together that are called alike, or are of one kind by their units (both lengths, both angles): a column without a unit needs one, as `L [mm]` in its header";
+
 /// A campaign to begin with.
 #[derive(Clone, Debug)]
 pub struct Begun {
@@ -163,7 +166,12 @@ pub fn begin(
         let fault = Diagnostic::error(message);
         let fault = match is_alone {
             true => fault.help(help).help(stops),
-            false => fault.help(data.column_list()).help(stream.column_list()).help(help),
+            false => {
+                let logs = [data, stream];
+                let fault = logs.iter().fold(fault, |fault, log| fault.help(log.column_list()));
+                let fault = logs.iter().fold(fault, |fault, log| fault.help(log.moving_list()));
+                fault.help(GO_TOGETHER).help(help)
+            }
         };
         return Err(fault.into());
     };

@@ -173,6 +173,25 @@ fn columns_of_one_kind_go_together() {
     let angles = table("time [s],turn [rad]", 0.02, |t| format!("{t:.2},{:.4}", 7.0 * t));
     let fault = begun(&[("tracker.csv", tracker), ("angles.csv", angles.clone())], None);
     assert!(fault.unwrap_err().contains("columns of `angles.csv`: time [s], turn [rad]"));
+    // A column without a unit is of no kind, and the error states that.
+    let stage = table("t_us,pos_mm,motor_temp", 0.02, |t| {
+        format!("{:.0},{:.4},{:.2}", 1e6 * t, 30.0 * t.sin(), 24.0 + 0.1 * t)
+    });
+    let laser = |head: &str| {
+        table(head, 0.1, |t| format!("{t:.2},{:.4},{:.2}", 30.0 * (t - 0.01).sin(), 20.0 - 0.1 * t))
+    };
+    let fault =
+        begun(&[("laser.csv", laser("time [s],L,air")), ("stage.csv", stage.clone())], None);
+    let fault = fault.unwrap_err();
+    for words in [
+        "`laser.csv` moves in: L without a unit, air without a unit",
+        "`stage.csv` moves in: pos_mm in mm, motor_temp without a unit",
+        "a column without a unit needs one, as `L [mm]`",
+    ] {
+        assert!(fault.contains(words), "{words}\n{fault}");
+    }
+    let files = [("laser.csv", laser("time [s],L [mm],air")), ("stage.csv", stage)];
+    assert!(begun(&files, None).unwrap().0.contains("ref_l = { column = \"pos_mm\""));
     let rope = table("time [s],east [m]", 0.1, |t| format!("{t:.1},{:.4}", 3.0 * t.sin()));
     let (_, model, _) = begun(&[("rope.csv", rope), ("angles.csv", angles)], None).unwrap();
     assert!(model.contains("east_scale * ref_east + east_offset', unit = \"m\""), "{model}");

@@ -1,5 +1,6 @@
 //! A file with what its columns seem to be.
 
+use crate::campaign::begin::candidate::base;
 use crate::campaign::begin::guess::Guess;
 use crate::campaign::begin::survey::{Survey, Surveyed};
 use crate::campaign::origin::listed;
@@ -33,6 +34,24 @@ impl Log {
         let columns: Vec<String> = columns.collect();
         let columns = listed(columns.iter().map(String::as_str), MOST_NAMES, "");
         format!("columns of `{}`: {columns}", self.survey.path.display())
+    }
+
+    /// Its columns that move, each with its unit.
+    pub(super) fn moving_list(&self) -> String {
+        let is_time = |at: usize| self.guess.time.as_ref().is_some_and(|time| time.has(at));
+        let columns = self.survey.columns.iter().enumerate();
+        let moving = columns.filter(|(at, column)| !is_time(*at) && column.moves());
+        let moving = moving.map(|(_, column)| match column.unit.clone().or(base(&column.name).1) {
+            Some(unit) => format!("{} in {}", column.name, unit.symbol),
+            None => format!("{} without a unit", column.name),
+        });
+        let moving: Vec<String> = moving.collect();
+        let list = listed(moving.iter().map(String::as_str), MOST_NAMES, "");
+        format!(
+            "`{}` moves in: {}",
+            self.survey.path.display(),
+            if moving.is_empty() { "no column" } else { &list }
+        )
     }
 
     /// Warnings about units that are not known and about rows that are no numbers.
