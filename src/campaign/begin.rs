@@ -13,6 +13,7 @@
 //! | `guess`, `log` | what the columns seem to be; a file with that |
 //! | `fitted` | the columns that a model of the library, or a stated one, takes |
 //! | `models`, `planar` | models to begin with, where none of the library fits |
+//! | `reckoned`, `turns` | the bend of a path of dead reckoning; the scale between two headings |
 //! | `word` | a column as a campaign names it |
 //! | `scatter` | a standard uncertainty, from the readings |
 //! | `text` | lines of the campaign |
@@ -28,11 +29,13 @@ mod models;
 mod pairing;
 mod planar;
 mod pose;
+mod reckoned;
 mod scatter;
 mod stamp_column;
 mod stamps;
 mod survey;
 mod text;
+mod turns;
 mod unused;
 mod word;
 
@@ -82,6 +85,19 @@ pub fn begin(
     files: &[(PathBuf, PathBuf)],
     model: Option<&NamedModel>,
     known: &[NamedModel],
+) -> Result<Begun, Diagnostics> {
+    begin_at(files, model, known, None)
+}
+
+/// Likewise, with the bend of a path of dead reckoning at a stated scale of its heading.
+///
+/// # Errors
+/// As of [`begin`].
+pub fn begin_at(
+    files: &[(PathBuf, PathBuf)],
+    model: Option<&NamedModel>,
+    known: &[NamedModel],
+    heading_scale: Option<f64>,
 ) -> Result<Begun, Diagnostics> {
     let mut logs = Vec::new();
     let mut faults = Vec::new();
@@ -148,7 +164,7 @@ pub fn begin(
     }
     let made = match is_alone && data.stands_still() {
         true => models::stops(data),
-        false => planar::planar(data, stream).or_else(|| {
+        false => planar::planar(data, stream, heading_scale).or_else(|| {
             notes.extend(planar::not_used(own_logs));
             models::pairs(data, stream)
         }),

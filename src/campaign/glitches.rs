@@ -43,7 +43,7 @@ pub(crate) fn without_glitches(
 }
 
 /// The values, by number.
-fn glitches(times: &[f64], values: &[f64]) -> Vec<usize> {
+pub(crate) fn glitches(times: &[f64], values: &[f64]) -> Vec<usize> {
     let off = |i: usize| {
         let part = (times[i] - times[i - 1]) / (times[i + 1] - times[i - 1]);
         let line = values[i - 1] + part * (values[i + 1] - values[i - 1]);

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use clap::Args;
 
 use super::{Failure, output, render};
-use crate::campaign::begin::{NamedModel, begin};
+use crate::campaign::begin::{NamedModel, begin_at};
 use crate::diagnostic::Diagnostic;
 use crate::document::files::Files;
 use crate::library::{self, Library, is_model_path};
@@ -23,6 +23,10 @@ pub(super) struct New {
     /// The campaign's model: a name in the library, or a file
     #[arg(long, value_name = "MODEL", requires = "from")]
     model: Option<String>,
+    /// Of a path of dead reckoning: the scale of its heading at which its bend is computed. Else that of
+    /// the headings of both logs
+    #[arg(long, value_name = "SCALE", requires = "from", allow_negative_numbers = true)]
+    heading_scale: Option<f64>,
     /// No warnings, no progress
     #[arg(long)]
     pub(super) quiet: bool,
@@ -80,7 +84,7 @@ impl New {
         let known = known.collect::<Result<Vec<NamedModel>, Failure>>()?;
         let logs: Vec<(PathBuf, PathBuf)> =
             self.from.iter().map(|log| (log.clone(), seen_from(folder, log))).collect();
-        let begun = begin(&logs, model.as_ref(), &known)?;
+        let begun = begin_at(&logs, model.as_ref(), &known, self.heading_scale)?;
         let mut said = String::new();
         if let Some((name, text)) = &begun.model {
             let file = folder.join(name);

@@ -178,7 +178,9 @@ pub(super) fn combined(name: &str, owner: &str, list: &[Statement<'_>]) -> Combi
         plausible.iter().filter_map(|one| one.setting().plausible).min_by(f64::total_cmp);
     let at = |one: &Statement<'_>| one.setting().simulated_at;
     let simulated: Vec<&Statement<'_>> = list.iter().filter(|one| at(one).is_some()).collect();
-    if let Some(other) = simulated.iter().find(|one| at(one) != at(simulated[0])) {
+    // Only parameters of effects count from it.
+    let differs = |one: &&&Statement<'_>| name.contains('.') && at(one) != at(simulated[0]);
+    if let Some(other) = simulated.iter().find(differs) {
         let words = |one: &Statement<'_>| format!("{:?} (SI)", at(one).unwrap_or(0.0));
         let pair = [simulated[0], *other];
         conflicts.push(naming.conflict("counts from", pair, words, &["simulated_at"]));

@@ -1,10 +1,10 @@
-//! Whether a value lies within the range for which its effect's form holds.
+//! Whether a value lies within the range for which the form of its effect, or of its model, holds.
 //!
 //! A simulator's sensitivities (the derivative of what it predicts by one of its parameters, logged
 //! as a stream) are exact at the value that was simulated. An effect that multiplies such a stream
-//! by a parameter states how far from there it may be used, and from which value it counts. Beyond,
-//! the remedy is another simulation at the value that was found. It does not judge how wrong the
-//! form is there.
+//! by a parameter states how far from there it may be used, and from which value it counts. A
+//! parameter of a model is the whole value. Beyond, the remedy is another simulation at the value
+//! that was found. It does not judge how wrong the form is there.
 
 use crate::engine::Problem;
 use crate::estimate::calibrate::Estimate;
@@ -18,7 +18,9 @@ pub struct BeyondRange {
     pub parameter: String,
     /// Of which setup or run.
     pub of: Option<String>,
-    /// Its value (SI), counted from what was simulated.
+    /// Whether it is one of the model: then it does not count from what was simulated.
+    pub is_of_model: bool,
+    /// How far it is (SI) from what was simulated.
     pub value: f64,
     /// Largest value (SI) for which the form holds.
     pub range: f64,
@@ -29,17 +31,22 @@ pub struct BeyondRange {
 }
 
 impl BeyondRange {
-    /// A value of a parameter with this setting, where it is beyond its range.
+    /// A value of a parameter with this setting, where it is beyond its range. Only the name of an
+    /// effect's parameter has a point.
     pub fn of(
         setting: &Setting,
         (parameter, of): (&str, Option<&str>),
         value: f64,
         unit: &Unit,
     ) -> Option<Self> {
+        let is_of_model = !parameter.contains('.');
+        let from = setting.simulated_at.filter(|_| is_of_model).unwrap_or(0.0);
+        let value = value - from;
         let range = setting.linear_range.filter(|range| value.abs() > *range)?;
         Some(Self {
             parameter: parameter.to_owned(),
             of: of.map(str::to_owned),
+            is_of_model,
             value,
             range,
             simulate_at: setting.simulated_at.map(|at| at + value),

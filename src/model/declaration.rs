@@ -138,9 +138,10 @@ pub struct Setting {
     pub start: Option<Vec<f64>>,
     /// A standard uncertainty beyond this means unobservable.
     pub plausible: Option<f64>,
-    /// Largest value for which the form of its effect holds.
+    /// How far from the value that was simulated the form of its effect, or of its model, holds.
     pub linear_range: Option<f64>,
-    /// The value of a simulator's parameter from which this one counts.
+    /// The value of a simulator's parameter at which streams were computed: that of an effect counts
+    /// from it.
     pub simulated_at: Option<f64>,
     /// Magnitude such rigs show (effects).
     pub typical: Option<f64>,

@@ -14,6 +14,17 @@ pub(crate) fn text(beyond: &[BeyondRange]) -> String {
             Some(at) => format!("simulate again at {}", shown(at)),
             None => "simulate again with this value".to_owned(),
         };
+        if let (true, Some(at)) = (one.is_of_model, one.simulate_at) {
+            text.push_str(&format!(
+                "`{}`{of} is {}, farther than {} from the {} at which its streams were computed: values and uncertainties do not hold. Compute them again at {} (the model's file has the command).\n",
+                one.parameter,
+                shown(at),
+                figure::size(one.range, &one.unit),
+                shown(at - one.value),
+                shown(at),
+            ));
+            continue;
+        }
         text.push_str(&format!(
             "`{}`{of} is {}, beyond the {} for which its sensitivity holds: {again}, and take the new streams.\n",
             one.parameter,

@@ -232,13 +232,13 @@ impl Unknown {
             Some(error.at_maybe(self.place.as_ref()))
         };
         if setting.linear_range.or(setting.simulated_at).is_some()
-            && (self.declared.effect.is_none() || self.kind != Kind::Scalar)
+            && (self.origin != Origin::Declared || self.kind != Kind::Scalar)
         {
             return error(
                 format!(
-                    "`{name}` has `linear_range` or `simulated_at` and is no scalar of an effect"
+                    "`{name}` has `linear_range` or `simulated_at` and is no scalar that is declared"
                 ),
-                "they belong to effects from a simulator's sensitivities",
+                "they belong to parameters of which streams were computed, such as a simulator's",
             );
         }
         if is_random(setting.scope) {

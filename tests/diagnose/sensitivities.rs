@@ -94,15 +94,15 @@ fn what_is_beyond_the_linear_range_is_simulated_again() {
     }
 }
 
-/// A range of a parameter that no effect has, or of several numbers, is an error with its place.
+/// A range of a delay, or of several numbers, is an error with its place.
 #[test]
-fn a_linear_range_belongs_to_a_scalar_of_an_effect() {
+fn a_linear_range_belongs_to_a_declared_scalar() {
     let own = tempfile::tempdir().unwrap();
     against(own.path(), 1.28);
     let file = own.path().join("campaign.toml");
     let campaign = std::fs::read_to_string(&file).unwrap();
     for (line, words) in [
-        ("offset = { linear_range = \"1 mm\" }", "`offset` has `linear_range`"),
+        ("height.delay = { linear_range = \"1 ms\" }", "`height.delay` has `linear_range`"),
         ("rate_of_decay.change = { linear_range = \"-1 1/s\" }", "must be greater than zero"),
         ("rate_of_decay.change = { simulated_at = \"1 m\" }", "must be a quantity like"),
     ] {
