@@ -344,9 +344,9 @@ fn poses_in_a_plane_are_known_beside_other_columns_and_by_other_names() {
             r#""Frame", "Robot Z""#,
         ),
         (
-            "t_s,x [m],y [m],psi",
+            "t_s,x [m],y [m],psi [rad]",
             &flat,
-            "t_s,Frame,x [m],y [m],z [m],heading",
+            "t_s,Frame,x [m],y [m],z [m],heading [rad]",
             &sideways,
             r#""Frame", "y""#,
         ),

@@ -59,7 +59,10 @@ pub(super) fn planar(data: &Log, stream: &Log, heading_scale: Option<f64>) -> Op
     let units = [("x", "m"), ("y", "m"), ("heading", "rad")];
     let sigmas = units.map(|(name, symbol)| {
         let unit = Unit::parse(symbol).unwrap_or_else(|_| Unit::one());
-        Sigma::of_columns(name, &of_data, data, &unit)
+        match reckoned.as_ref().is_some_and(|own| own.is_of_data) {
+            true => Sigma::of_integrated(name, &of_data, data, &unit),
+            false => Sigma::of_columns(name, &of_data, data, &unit),
+        }
     });
     let mut tables = tables((data, of_data), (stream, of_stream));
     if reckoned.is_some() {

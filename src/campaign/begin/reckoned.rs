@@ -64,7 +64,8 @@ pub(super) struct Reckoned {
     range: String,
     /// The first heading of the stream, and the mean of all.
     headings: [f64; 2],
-    is_of_data: bool,
+    /// Whether it is that of the data, not of the stream.
+    pub(super) is_of_data: bool,
 }
 
 /// A pose of a log (SI), with its stamp as the file has it.

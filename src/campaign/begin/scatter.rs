@@ -43,13 +43,33 @@ impl Sigma {
 
     /// Of the columns of a log that are a measurand: the largest of theirs.
     pub(super) fn of_columns(measurand: &str, words: &[Word], log: &Log, unit: &Unit) -> Self {
+        Self::largest(measurand, words, (log, unit), |column| scatter(log, column))
+    }
+
+    /// The same of what a recorder integrates: its scatter is far smaller than its errors.
+    pub(super) fn of_integrated(measurand: &str, words: &[Word], log: &Log, unit: &Unit) -> Self {
+        let of_way = |column: &Surveyed| {
+            let least = OF_WAY * column.way();
+            let why = "0.2 % of the way: the errors of a path of dead reckoning are no scatter";
+            (scatter(log, column).0.max(least), why)
+        };
+        Self::largest(measurand, words, (log, unit), of_way)
+    }
+
+    /// The largest of some columns.
+    fn largest(
+        measurand: &str,
+        words: &[Word],
+        (log, unit): (&Log, &Unit),
+        size: impl Fn(&Surveyed) -> (f64, &'static str),
+    ) -> Self {
         let is_own = |word: &&Word| {
             word.name == measurand
                 || word.name.strip_prefix(measurand).is_some_and(|rest| rest.starts_with('_'))
         };
         let own = words.iter().filter(is_own).filter(|word| word.name != TIME);
         let all = own.map(|word| {
-            let (scatter, why) = scatter(log, &log.survey.columns[word.candidate.column]);
+            let (scatter, why) = size(&log.survey.columns[word.candidate.column]);
             // The angle of a rotation is two times that of its quaternion.
             let times = if word.name == measurand { 1.0 } else { 2.0 };
             (times * scatter * word.candidate.unit.factor, why)

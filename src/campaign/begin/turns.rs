@@ -11,9 +11,12 @@ const WITHIN: f64 = 0.5;
 const ALIKE: f64 = 0.05;
 /// Scales that a path of dead reckoning may have.
 const POSSIBLE: std::ops::Range<f64> = 0.5..2.0;
-/// A rate of the clock must lessen the misfit to such a part: a steady turn does not separate the
-/// two scales.
-const NEEDED: f64 = 0.5;
+/// Rates of the clock that are tried, either way, and their steps.
+const MOST_RATE: i32 = 10;
+const RATE_STEP: f64 = 0.005;
+/// A rate of the clock must lessen the misfit to such a part: a turn at one rate does not separate the
+/// two scales, and one that begins and ends hardly does.
+const NEEDED: f64 = 0.95;
 /// Rounds of the search: steps become smaller by a thousand and more.
 const ROUNDS: usize = 60;
 
@@ -40,7 +43,13 @@ pub(super) fn heading_scale(data: &[Heading], stream: &[Heading]) -> Option<f64>
     let all = (0..=DELAYS).filter_map(|n| matched([least + step * n as f64, 0.0]));
     let best = all.min_by(|a, b| a.misfit.total_cmp(&b.misfit))?;
     let even = refined(best, [step, 0.0], &matched);
-    let with_rate = refined(even, [step, step / (last.0 - middle)], &matched);
+    // Delay, rate and scale make a long valley: each rate has its own delay.
+    let with_rate = (-MOST_RATE..=MOST_RATE).filter_map(|n| {
+        let begin = matched([even.clock[0], RATE_STEP * f64::from(n)])?;
+        let at_rate = refined(begin, [step, 0.0], &matched);
+        Some(refined(at_rate, [step, step / (last.0 - middle)], &matched))
+    });
+    let with_rate = with_rate.min_by(|a, b| a.misfit.total_cmp(&b.misfit)).unwrap_or(even);
     let best = if with_rate.misfit < NEEDED * even.misfit { with_rate } else { even };
     (best.misfit < ALIKE && POSSIBLE.contains(&best.scale)).then_some(best.scale - 1.0)
 }
