@@ -7,7 +7,7 @@ use crate::estimate::linear_range::{BeyondRange, beyond_range};
 
 use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, decide};
 use super::driver::{Competed, Found};
-use super::judge::Objection;
+use super::judge::{Judged, Objection};
 use super::linear::Linear;
 use super::noise_scale::{autocorrelation, levels, scatter, white_scale};
 use super::search::Pools;
@@ -40,7 +40,7 @@ impl Diagnosis {
             let is_rival = term.is_effect() || term.may_enter || reduced.contains(&number);
             term.may_enter = is_rival && !term.columns.is_empty();
         }
-        let budget = Budget::new(&linear, &selection, &judged.model);
+        let budget = Budget::new(&linear, &selection, &judged);
         self.left_out.extend(left_out);
         self.noise = noise;
         self.levels = levels(&linear, &scale);
@@ -113,15 +113,18 @@ struct Budget<'a> {
     linear: &'a Linear,
     selection: &'a Selection<'a>,
     model: &'a [usize],
+    /// Terms of it that are too small for a name.
+    nameless: &'a [usize],
     pools: Pools,
     /// What the model takes off chi squared.
     total: f64,
 }
 
 impl<'a> Budget<'a> {
-    fn new(linear: &'a Linear, selection: &'a Selection<'a>, model: &'a [usize]) -> Self {
+    fn new(linear: &'a Linear, selection: &'a Selection<'a>, judged: &'a Judged) -> Self {
+        let Judged { model, nameless, .. } = judged;
         let total = selection.chi_squared(&[]) - selection.chi_squared(model);
-        Self { linear, selection, model, pools: Pools::of(selection), total }
+        Self { linear, selection, model, nameless, pools: Pools::of(selection), total }
     }
 
     /// Effects that did not stand as rows, the last reason of each.

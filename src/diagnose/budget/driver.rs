@@ -40,8 +40,9 @@ mod usual_values;
 pub use self::compete::Competed;
 use self::settled::Settled;
 
-/// Rounds of structure and noise.
+/// Rounds of structure and noise, and those until rows of the last model are in the fit.
 const ROUNDS: usize = 5;
+const LAST_ROUND: usize = ROUNDS + 3;
 
 /// What the driver found.
 #[derive(Clone, Debug)]
@@ -141,15 +142,20 @@ impl Search<'_> {
                 search.settled = None;
             }
             let Some(competed) = search.compete()? else { return Ok(None) };
-            if round < ROUNDS
-                && (search.take_implausible(&competed)?
-                    || search.take_out_curved(&competed)?
-                    || search.take_beyond_linear(&competed)?
-                    || search.take_noise(&competed)?
-                    || search.take_rows(&competed)?
-                    || search.take_curved(&competed)?
-                    || search.take_spikes(&competed)?)
-            {
+            let goes_on = match round {
+                ..ROUNDS => {
+                    search.take_implausible(&competed)?
+                        || search.take_out_curved(&competed)?
+                        || search.take_beyond_linear(&competed)?
+                        || search.take_noise(&competed)?
+                        || search.take_rows(&competed)?
+                        || search.take_curved(&competed)?
+                        || search.take_spikes(&competed)?
+                }
+                ..LAST_ROUND => search.take_rows(&competed)?,
+                _ => false,
+            };
+            if goes_on {
                 continue;
             }
             let Competed { linear, judged, .. } = &competed;

@@ -59,9 +59,12 @@ impl Place {
         Self { of, covariate: covariate.to_owned(), words, run: None, rows: None }
     }
 
-    /// Of a term with the form of an effect that is no row.
-    pub(in crate::diagnose) fn like(effect: &str) -> Self {
-        let words = format!("`{effect}`, too small for a name");
+    /// Of a term with the form of an effect that is no row: too small for one, or in turn with another one.
+    pub(in crate::diagnose) fn like(effect: &str, is_small: bool) -> Self {
+        let words = match is_small {
+            true => format!("`{effect}`, too small for a name"),
+            false => format!("`{effect}`, on which the search did not settle"),
+        };
         Self::new(Of::Channel(effect.to_owned()), SMALL, words)
     }
 

@@ -51,7 +51,9 @@ impl Budget<'_> {
             .map(|(at, part)| {
                 let term = &linear.terms[self.model[*at]];
                 let own: Vec<f64> = solved.of_term(*at).to_vec();
-                let place = term.place.clone().unwrap_or_else(|| Place::like(&term.name));
+                let is_small = self.nameless.contains(&self.model[*at]);
+                let like = || Place::like(&term.name, is_small);
+                let place = term.place.clone().unwrap_or_else(like);
                 let rest = without(self.model, self.model[*at]);
                 let ranked = selection.ranked(&rest, &self.pools.effects);
                 let nearest = ranked.first().filter(|one| one.ln_bayes > 0.0).map(|one| {
