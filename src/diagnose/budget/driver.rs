@@ -142,20 +142,12 @@ impl Search<'_> {
                 search.settled = None;
             }
             let Some(competed) = search.compete()? else { return Ok(None) };
-            let goes_on = match round {
-                ..ROUNDS => {
-                    search.take_implausible(&competed)?
-                        || search.take_out_curved(&competed)?
-                        || search.take_beyond_linear(&competed)?
-                        || search.take_noise(&competed)?
-                        || search.take_rows(&competed)?
-                        || search.take_curved(&competed)?
-                        || search.take_spikes(&competed)?
-                }
-                ..LAST_ROUND => search.take_rows(&competed)?,
-                _ => false,
+            let is_changed = if round < ROUNDS {
+                search.take(&competed)?
+            } else {
+                round < LAST_ROUND && search.take_rows(&competed)?
             };
-            if goes_on {
+            if is_changed {
                 continue;
             }
             let Competed { linear, judged, .. } = &competed;
@@ -168,6 +160,17 @@ impl Search<'_> {
             left_out.extend(outliers);
             return Ok(Some(Found { competed, left_out, noise, unseen, objections, log }));
         }
+    }
+
+    /// Takes the first of what a round found into the fit, or out of it; whether there was something.
+    fn take(&mut self, competed: &Competed) -> Result<bool, FitError> {
+        Ok(self.take_implausible(competed)?
+            || self.take_out_curved(competed)?
+            || self.take_beyond_linear(competed)?
+            || self.take_noise(competed)?
+            || self.take_rows(competed)?
+            || self.take_curved(competed)?
+            || self.take_spikes(competed)?)
     }
 }
 
