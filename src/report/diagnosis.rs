@@ -152,6 +152,10 @@ fn remainder(one: &Remainder) -> Value {
         "rms": number(one.rms.as_ref().map(|(rms, _)| *rms)),
         "rms_of": one.rms.as_ref().map(|(_, name)| name),
         "amplitude": number(one.amplitude.as_ref().map(|(size, _)| *size)),
+        "orders": one.orders.iter().map(|(order, size)| json!({
+            "order": order,
+            "amplitude": number(Some(*size)),
+        })).collect::<Vec<_>>(),
         "change": one.change.as_ref().map(|step| json!({
             "value": number(Some(step.value)),
             "sigma": number(Some(step.sigma)),

@@ -158,7 +158,14 @@ fn size(diagnosis: &Diagnosis, one: &Remainder) -> String {
         let unit = unit_of_size(step.value, &step.unit);
         return format!("change {}, {rms}", figure::measured(step.value, step.sigma, &unit));
     }
+    let of_order = |unit: &Unit, (order, size): &(usize, f64)| {
+        format!("{} ({order} a turn)", figure::size(*size, &unit_of_size(*size, unit)))
+    };
     match &one.amplitude {
+        Some((_, unit)) if !one.orders.is_empty() => {
+            let each: Vec<String> = one.orders.iter().map(|own| of_order(unit, own)).collect();
+            format!("amplitude {}, {rms}", each.join(", "))
+        }
         Some((size, unit)) => {
             format!("amplitude {}, {rms}", figure::size(*size, &unit_of_size(*size, unit)))
         }

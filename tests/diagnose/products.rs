@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::report::diagnosis_text;
 
 use crate::found::{names, told};
 use crate::own_effects::Campaign;
@@ -104,6 +105,28 @@ fn a_wave_over_what_is_commanded_and_read_is_over_one_of_them() {
     let words: Vec<&str> = found.remainder.iter().map(|one| one.place.words.as_str()).collect();
     let [words] = words.as_slice() else { panic!("{}", told(&found)) };
     assert!(words.ends_with(", 1 wave a turn"), "{words}");
+}
+
+/// Waves of the first and the second order over one input: both have their amplitudes.
+#[test]
+fn waves_of_two_orders_have_two_amplitudes() {
+    let model = "name = \"table\"\ntitle = \"Rotary table\"\n[inputs]\nangle = { unit = \"rad\" }\n\
+        [parameters]\nzero = { unit = \"rad\", scope = \"rig\" }\n\
+        [measurands]\nshown = { value = 'zero', unit = \"rad\" }\n";
+    let mut random = Stream(29);
+    let mut log = "angle [rad],shown [rad]\n".to_owned();
+    for row in 0..144 {
+        let angle = TAU * f64::from(row % 72) / 72.0;
+        let error = 16e-6 * (angle + 1.1).cos() + 9e-6 * (2.0 * angle - 0.4).sin();
+        writeln!(log, "{angle:.9},{:e}", 3e-5 + error + 1e-6 * random.normal()).unwrap();
+    }
+    let measurands = "shown = { sigma = \"1 urad\" }";
+    let found = Campaign { model, effects: &[], measurands, log }.diagnosed();
+    let [remainder] = found.remainder.as_slice() else { panic!("{}", told(&found)) };
+    let [(1, first), (2, second)] = remainder.orders[..] else { panic!("{remainder:?}") };
+    assert!((first - 16e-6).abs() < 5e-7 && (second - 9e-6).abs() < 5e-7, "{remainder:?}");
+    let text = diagnosis_text::text("", &found, &diagnosis_text::Asked::default());
+    assert!(text.contains("amplitude 16 µrad (1 a turn), 9.0 µrad (2 a turn), rms"), "{text}");
 }
 
 /// A rotary table that tilts, with an error of its places that grows with the tilt; without it where the

@@ -115,8 +115,10 @@ pub struct Remainder {
     pub share: f64,
     /// Its rms in the measurand in which it is largest (SI), and that measurand.
     pub rms: Option<(f64, String)>,
-    /// Amplitude of a wave (SI), where it is one, and the unit in which it is shown.
+    /// Amplitude of a wave, or the largest of several (SI), and the unit in which it is shown.
     pub amplitude: Option<(f64, Unit)>,
+    /// Of waves over a turn the orders that are most of it, each with its amplitude in that unit.
+    pub orders: Vec<(usize, f64)>,
     /// By how much something changes at a moment, where it does.
     pub change: Option<StepChange>,
     /// The effect that is nearest to it, and the part of its gain that this explains.
@@ -132,6 +134,7 @@ impl Remainder {
             share: 0.0,
             rms: None,
             amplitude: None,
+            orders: Vec::new(),
             change: None,
             nearest: None,
         }

@@ -25,6 +25,8 @@ pub struct Place {
     pub of: Of,
     /// What it is a function of.
     pub covariate: String,
+    /// Where it is waves over a turn, a cosine and a sine of each order, how many orders.
+    pub orders: usize,
     /// A phrase; `{member}` stands for the member of a family.
     pub words: String,
     /// The run that it is in, where it is in one alone.
@@ -56,7 +58,7 @@ impl Place {
 
     /// Of all runs.
     pub(in crate::diagnose) fn new(of: Of, covariate: &str, words: String) -> Self {
-        Self { of, covariate: covariate.to_owned(), words, run: None, rows: None }
+        Self { of, covariate: covariate.to_owned(), orders: 0, words, run: None, rows: None }
     }
 
     /// Of a term with the form of an effect that is no row: too small for one, or in turn with another one.

@@ -15,6 +15,24 @@ use super::Budget;
 
 /// Ratio of a wave to what is seen of it from which its amplitude is no size of it.
 const ABSORBED: f64 = 2.0;
+/// Part of the amplitude of all waves over a turn from which one of them is named.
+const PART_OF_WAVES: f64 = 0.2;
+const MOST_WAVES: usize = 4;
+
+/// Of an error of a reading that is waves over a turn the few orders that are most of it, with the
+/// amplitude of each; none of a form that many orders make together.
+fn waves(term: &Term, place: &Place, values: &[f64]) -> Vec<(usize, f64)> {
+    let is_whole = term.change.is_none() && term.reduced_from.is_none();
+    let is_of_reading = matches!(place.of, Of::Measurand(_)) && place.orders > 0;
+    if !is_whole || !is_of_reading || values.len() != 2 * place.orders {
+        return Vec::new();
+    }
+    let amplitudes = values.chunks(2).map(|pair| pair[0].hypot(pair[1]));
+    let whole = values.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let mut all: Vec<(usize, f64)> = (1..).zip(amplitudes).collect();
+    all.retain(|(_, amplitude)| *amplitude >= PART_OF_WAVES * whole);
+    if all.len() > MOST_WAVES { Vec::new() } else { all }
+}
 
 impl Budget<'_> {
     /// What each term of the remainder takes off chi squared beyond chance, one after the other beside the
@@ -61,10 +79,13 @@ impl Budget<'_> {
                     (linear.terms[one.term].name.clone(), share.min(1.0))
                 });
                 let is_wave = own.len() == 2 && term.members > 1;
-                let of_wave = is_wave.then(|| linear.candidates.get(term.candidate)).flatten();
+                let waves = waves(term, &place, &own);
+                let block = linear.candidates.get(term.candidate);
+                let of_wave = block.filter(|_| is_wave || !waves.is_empty());
                 let amplitude = of_wave.and_then(|block| {
                     let unit = block.selected.effect.parameters.first()?.unit.clone();
-                    Some((own[0].hypot(own[1]), unit))
+                    let largest = waves.iter().map(|one| one.1).reduce(f64::max);
+                    Some((largest.unwrap_or_else(|| own[0].hypot(own[1])), unit))
                 });
                 let rms = self.rms(self.model[*at], &own);
                 // Over a part of a turn nominal parameters may absorb most of a wave.
@@ -77,6 +98,7 @@ impl Budget<'_> {
                     gain: gains[*at],
                     share: (part / total).min(1.0),
                     rms,
+                    orders: if amplitude.is_some() { waves } else { Vec::new() },
                     amplitude,
                     change: self.change(term, solved, *at),
                     nearest: nearest.filter(|(_, share)| *share >= NEAREST),

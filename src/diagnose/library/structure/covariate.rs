@@ -27,6 +27,8 @@ pub(super) struct Covariate {
     pub(super) over: String,
     pub(super) words: String,
     pub(super) terms: Vec<Term>,
+    /// Where these are a cosine and a sine of each order of a turn, how many orders.
+    pub(super) orders: usize,
     pub(super) scope: &'static str,
     /// The line of the family that the terms name; empty without.
     pub(super) family: String,
@@ -41,7 +43,7 @@ impl Covariate {
         let name = name.into();
         let (over, words, family) = (name.clone(), name.clone(), String::new());
         let terms = terms.into_iter().map(|(term, of)| (term.into(), of)).collect();
-        Self { name, over, words, terms, scope: "instrument", family }
+        Self { name, over, words, terms, orders: 0, scope: "instrument", family }
     }
 
     /// With coefficients of another scope.
@@ -70,7 +72,8 @@ impl Covariate {
     }
 
     fn waves(name: &str, orders: usize) -> Self {
-        Self::new(name, (1..=orders).flat_map(|order| wave(&format!("{order} * {name}"))))
+        let terms = (1..=orders).flat_map(|order| wave(&format!("{order} * {name}")));
+        Self { orders, ..Self::new(name, terms) }
     }
 }
 

@@ -25,8 +25,9 @@ pub(super) fn blocks_over(
         Of::Measurand(name) => ("reading", name),
         Of::Channel(name) => ("channel", name),
     };
-    let over = |Covariate { name, over, words, terms, scope, family }: &Covariate| {
-        let place = Place::new(of.clone(), over, format!("{what} over {words}"));
+    let over = |Covariate { name, over, words, terms, orders, scope, family }: &Covariate| {
+        let words = format!("{what} over {words}");
+        let place = Place { orders: *orders, ..Place::new(of.clone(), over, words) };
         let (mut coefficients, mut sum) = (Vec::new(), Vec::new());
         for (number, (term, of)) in terms.iter().enumerate() {
             coefficients.push((format!("part_{number}"), Unit::coherent(dimension / *of)));
