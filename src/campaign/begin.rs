@@ -101,6 +101,9 @@ pub fn begin_at(
 ) -> Result<Begun, Diagnostics> {
     let mut logs = Vec::new();
     let mut faults = Vec::new();
+    if heading_scale.is_some_and(|scale| !turns::POSSIBLE.contains(&(1.0 + scale))) {
+        faults.push(Diagnostic::error("the scale of a heading must be between -0.5 and 1"));
+    }
     for (path, named) in files {
         match Survey::of(path, named) {
             Ok(survey) => logs.push(Log { guess: Guess::of(&survey), survey }),
@@ -164,7 +167,7 @@ pub fn begin_at(
     }
     let made = match is_alone && data.stands_still() {
         true => models::stops(data),
-        false => planar::planar(data, stream, heading_scale).or_else(|| {
+        false => planar::planar(data, stream, heading_scale, &mut notes).or_else(|| {
             notes.extend(planar::not_used(own_logs));
             models::pairs(data, stream)
         }),

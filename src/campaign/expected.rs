@@ -125,8 +125,27 @@ impl Loader<'_> {
         }
     }
 
+    /// Warns of names in `unused` that are none of a column, or of one that the model takes, each once.
+    fn warn_of_wrong_unused(&mut self, table: &Table, tables: &[&Table]) {
+        for name in &table.form.unused {
+            let is_own = |column: &&Column| column.name == *name;
+            let same = tables.iter().filter(|other| other.path == table.path);
+            let mut columns = same.flat_map(|other| other.columns.iter().filter(is_own)).peekable();
+            let why = match (columns.peek().is_some(), columns.any(|one| one.wanted.is_some())) {
+                (false, _) => format!("is no column of `{}`", table.path.display()),
+                (true, true) => format!("is a column that model `{}` takes", self.model.name),
+                (true, false) => continue,
+            };
+            let message = format!("`unused` names `{name}`, which {why}");
+            if self.warned.insert(message.clone()) {
+                self.warnings.push(Diagnostic::warning(message));
+            }
+        }
+    }
+
     /// Warns of columns that nothing declares, each once; `missing` are names that no column has.
     fn tell_unused(&mut self, table: &Table, missing: &[&str], tables: &[&Table]) {
+        self.warn_of_wrong_unused(table, tables);
         // A file may be read twice, as data and as a stream.
         let is_used = |index: usize| {
             let mut same = tables.iter().filter(|other| other.path == table.path);

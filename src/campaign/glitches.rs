@@ -5,6 +5,10 @@ use crate::campaign::stream_rows::leave_rows_out;
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::model::InputDeclaration;
 
+/// Passes at most.
+const MOST_PASSES: usize = 20;
+/// Differences below such a part of the largest value are those of binary numbers.
+const ROUNDED: f64 = 1e-12;
 /// Values beside a value with which it is compared.
 const BESIDE: usize = 8;
 /// A glitch is suspected where it stands out by so many times what three quarters of the values beside
@@ -48,19 +52,29 @@ pub(crate) fn without_glitches(
 
 /// The values, by number. Those that are left out no longer hide others beside them.
 pub(crate) fn glitches(times: &[f64], values: &[f64]) -> Vec<usize> {
-    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    let least = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let least = least_step(values);
     let mut rest: Vec<usize> = (0..values.len()).collect();
     let mut found = Vec::new();
-    loop {
+    // Each pass is linear.
+    for _ in 0..MOST_PASSES {
         let new = far_off(times, values, &rest, least);
         if new.is_empty() {
-            found.sort_unstable();
-            return found;
+            break;
         }
         rest.retain(|row| new.binary_search(row).is_err());
         found.extend(new);
     }
+    found.sort_unstable();
+    found
+}
+
+/// The step to which values are rounded, if they are; infinite where there is none. It is that of second
+/// differences: a steady motion has none, and rounded values have whole steps in them, too.
+pub(crate) fn least_step(values: &[f64]) -> f64 {
+    let finite = values.iter().filter(|value| value.is_finite());
+    let size = finite.fold(0.0_f64, |most, value| most.max(value.abs()));
+    let steps = values.windows(3).map(|three| (three[2] - 2.0 * three[1] + three[0]).abs());
+    steps.filter(|step| *step > ROUNDED * size).fold(f64::INFINITY, f64::min)
 }
 
 /// Those of some rows that are glitches beside the others.
@@ -173,5 +187,10 @@ mod tests {
         let missed = far.iter().filter(|row| !found.contains(row)).count();
         assert!(far.len() > 150 && missed <= 2, "{missed} of {}", far.len());
         assert!(found.iter().all(|row| values[*row] != clean[*row]), "{found:?}");
+        // The steps of a steady motion are not those of rounding.
+        let mut steady: Vec<f64> = times.iter().map(|t| 0.01 * t + 1e-6 * normal()).collect();
+        assert!(glitches(&times, &steady).is_empty());
+        [300, 900, 2500].into_iter().for_each(|row| steady[row] += 1e-3);
+        assert_eq!(glitches(&times, &steady), [300, 900, 2500]);
     }
 }

@@ -85,10 +85,17 @@ impl New {
         let logs: Vec<(PathBuf, PathBuf)> =
             self.from.iter().map(|log| (log.clone(), seen_from(folder, log))).collect();
         let begun = begin_at(&logs, model.as_ref(), &known, self.heading_scale)?;
+        if self.heading_scale.is_some() && begun.table.is_none() {
+            let message = "`--heading-scale` is stated, but no bend of a path of dead reckoning is computed from these logs";
+            let help = "state it for two logs of poses in a plane, one of which begins near zero";
+            return Err(Diagnostic::error(message).help(help).into());
+        }
+        for (name, _) in begun.model.iter().chain(&begun.table) {
+            free(&folder.join(name))?;
+        }
         let mut said = String::new();
         if let Some((name, text)) = &begun.model {
             let file = folder.join(name);
-            free(&file)?;
             output::file(&file, text, &Files::default())?;
             said += &format!(
                 "wrote {}: a model to begin with, no model of the library fits\n",
@@ -97,7 +104,6 @@ impl New {
         }
         if let Some((name, text)) = &begun.table {
             let file = folder.join(name);
-            free(&file)?;
             output::file(&file, text, &Files::default())?;
             said += &format!("wrote {}: how the path of dead reckoning bends\n", file.display());
         }

@@ -103,9 +103,10 @@ fn row(one: &Row) -> Value {
             }))
             .collect::<Vec<_>>(),
         "well_determined": one.well_determined.as_ref().map(|found| json!({
-            "of": found.of.iter().map(|(factor, size)| json!({
+            "terms": found.terms.iter().map(|(factor, size)| json!({
                 "factor": number(Some(*factor)),
                 "parameter": size.parameter,
+                "component": size.component,
                 "of": size.of,
                 "unit": size.unit.si_symbol(),
             })).collect::<Vec<_>>(),

@@ -16,7 +16,7 @@ pub(crate) fn text(beyond: &[BeyondRange]) -> String {
         };
         if let (true, Some(at)) = (one.is_of_model, one.simulate_at) {
             text.push_str(&format!(
-                "`{}`{of} is {}, farther than {} from the {} at which its streams were computed: values and uncertainties do not hold. Compute them again at {} (the model's file has the command).\n",
+                "`{}`{of} is {}, farther than {} from the {} at which its streams were computed: values and uncertainties do not hold. Compute them again at {}, and take the new streams.\n",
                 one.parameter,
                 shown(at),
                 figure::size(one.range, &one.unit),

@@ -216,7 +216,7 @@ pub(super) fn values(diagnosis: &Diagnosis) -> String {
 
 /// A sum that is well determined: `a + 0.84 b = ...`. Factors between unlike units are in SI units.
 fn well_determined(found: &WellDetermined) -> String {
-    let Some(((_, first), others)) = found.of.split_first() else { return String::new() };
+    let Some(((_, first), others)) = found.terms.split_first() else { return String::new() };
     let mut sum = format!("  well determined: {}", first.parameter);
     for (factor, one) in others {
         let sign = if *factor < 0.0 { '-' } else { '+' };

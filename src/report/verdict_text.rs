@@ -81,7 +81,7 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
         }
         Verdict::Unknown => {
             let first = diagnosis.remainder.first();
-            let is_small = first.is_some_and(|one| one.place.is_small_effect());
+            let is_small = first.is_some_and(|one| one.place.is_effect());
             format!(
                 "Unknown: there is a gap{}; {}.",
                 if is_small { "" } else { " that no effect of the library explains" },

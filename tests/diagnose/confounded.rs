@@ -95,8 +95,11 @@ fn two_forms_that_are_nearly_one_are_a_group() {
     assert!((value - combined).abs() < 1.0, "{value} for {combined}");
     // That is what is well determined of the two.
     let sum = row.well_determined.as_ref().unwrap();
-    let due: f64 =
-        sum.of.iter().map(|(by, one)| by * truth(one.parameter.split('.').next().unwrap())).sum();
+    let due: f64 = sum
+        .terms
+        .iter()
+        .map(|(by, one)| by * truth(one.parameter.split('.').next().unwrap()))
+        .sum();
     let far = (sum.value / ARCSEC - due) / (sum.sigma / ARCSEC);
     assert!(far.abs() < 4.0 && sum.sigma < 0.5 * row.values[0].sigma.unwrap(), "{far} {sum:?}");
     // Apart, both are right within their uncertainties, which are far larger.

@@ -63,7 +63,7 @@ fn alone_it_is_unknown_and_what_it_is_like_is_said() {
         let found = rail(seed, 3.2e-5, 0.0);
         if found.verdict == Verdict::Unknown {
             unknown += 1;
-            assert!(found.remainder[0].place.is_small_effect(), "{}", told(&found));
+            assert!(found.remainder[0].place.is_effect(), "{}", told(&found));
         }
     }
     assert!(unknown > 2, "{unknown}");

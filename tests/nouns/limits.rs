@@ -163,6 +163,23 @@ fn unused_columns_give_one_warning_with_the_names_that_may_be_meant() {
     );
 }
 
+/// A name in `unused` that no column has hides nothing.
+#[test]
+fn wrong_names_in_unused_are_reported() {
+    let campaign = CAMPAIGN.replace(
+        "data = \"run.csv\"",
+        "data = { file = \"run.csv\", unused = [\"note\", \"nte\", \"x\"] }",
+    );
+    assert_ne!(campaign, CAMPAIGN);
+    let found = read(campaign.as_bytes(), b"q [m],x [m],note\n1,1,2\n").unwrap().to_string();
+    assert!(found.contains("`unused` names `nte`, which is no column of"), "{found}");
+    assert!(
+        found.contains("`unused` names `x`, which is a column that model `m` takes"),
+        "{found}"
+    );
+    assert!(!found.contains("`note`"), "{found}");
+}
+
 #[test]
 fn no_message_quotes_a_long_text_whole() {
     let long = "9z".repeat(200_000);

@@ -7,6 +7,7 @@ mod folder;
 mod stream;
 
 mod begin;
+mod begin_planar;
 mod campaign;
 mod dates;
 mod every_effect;

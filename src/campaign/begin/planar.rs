@@ -3,7 +3,7 @@
 
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::models::{Made, tables};
-use crate::campaign::begin::reckoned::{BEND, Reckoned};
+use crate::campaign::begin::reckoned::{BEND, Reckoned, not_computed};
 use crate::campaign::begin::scatter::Sigma;
 use crate::campaign::begin::text::Table;
 use crate::campaign::begin::word::Word;
@@ -44,7 +44,13 @@ clock = { of = ["x", "y", "heading"] }
 "#;
 
 /// Poses in a plane in both files; of dead reckoning at a scale of its heading that is stated.
-pub(super) fn planar(data: &Log, stream: &Log, heading_scale: Option<f64>) -> Option<Made> {
+/// Notes are of what could not be computed.
+pub(super) fn planar(
+    data: &Log,
+    stream: &Log,
+    heading_scale: Option<f64>,
+    notes: &mut Vec<String>,
+) -> Option<Made> {
     let pose = |log: &Log, names: [&str; 3]| {
         let pose = log.guess.plane.as_ref().ok()?;
         let words = names.into_iter().zip(pose);
@@ -55,6 +61,7 @@ pub(super) fn planar(data: &Log, stream: &Log, heading_scale: Option<f64>) -> Op
         (pose(data, ["x", "y", "heading"])?, pose(stream, ["ref_x", "ref_y", "ref_heading"])?);
     let text = PLANAR.replace("SMOOTH", &smooth(stream));
     let reckoned = Reckoned::of((data, &of_data), (stream, &of_stream), heading_scale);
+    notes.extend(not_computed(data, stream));
     let text = reckoned.as_ref().map_or(text.clone(), |own| own.model(&text, &smooth(stream)));
     let units = [("x", "m"), ("y", "m"), ("heading", "rad")];
     let sigmas = units.map(|(name, symbol)| {

@@ -39,10 +39,12 @@ pub(super) fn in_plane(
     heading: Option<&Candidate>,
 ) -> Result<[Candidate; 3], String> {
     let Some(heading) = heading else {
-        return Err(format!("no column of an angle is called {}", HEADINGS.join(", ")));
+        return Err(format!("no column of an angle that moves is called {}", HEADINGS.join(", ")));
     };
     let Some(position) = position else {
-        let axes = axes.ok_or("no two columns of lengths differ in x and y alone")?;
+        let axes = axes.ok_or(
+            "no two columns of lengths that both move have names that differ in x and y alone",
+        )?;
         let [x, y] = axes.clone();
         return Ok([x, y, heading.clone()]);
     };

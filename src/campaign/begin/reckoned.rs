@@ -99,7 +99,7 @@ impl Reckoned {
             Some(scale) => (scale, "stated"),
             None => match heading_scale(&headings(data, &own)?, &headings(stream, &poses)?) {
                 Some(scale) => (scale, "that of the headings of both logs"),
-                None => (0.0, "the headings of the logs do not go along with each other"),
+                None => (0.0, why_no_scale(&headings(data, &own)?, &headings(stream, &poses)?)),
             },
         };
         // As the model states it.
@@ -148,6 +148,26 @@ impl Reckoned {
         .iter()
         .fold(planar, |text, (word, own)| text.replace(word, own))
     }
+}
+
+/// Why the headings of two logs have no scale.
+fn why_no_scale(data: &[Heading], stream: &[Heading]) -> &'static str {
+    let opposite: Vec<Heading> = data.iter().map(|(time, heading)| (*time, -heading)).collect();
+    match heading_scale(&opposite, stream) {
+        Some(_) => "the headings of the logs turn in opposite senses: change the sign of one",
+        None => "the headings of the logs do not go along with each other",
+    }
+}
+
+/// That the bend of a path of dead reckoning is not computed, for the stream was not read to its end.
+pub(super) fn not_computed(data: &Log, stream: &Log) -> Option<String> {
+    let is_reckoned = begins_at_zero(data) || begins_at_zero(stream);
+    (is_reckoned && stream.survey.is_cut).then(|| {
+        format!(
+            "one of the logs begins as a path of dead reckoning does; its bend is not computed, for `{}` is too long: name a shorter log",
+            stream.survey.path.display()
+        )
+    })
 }
 
 /// Whether a log's pose in a plane begins about at zero: the path of dead reckoning, of which the first

@@ -7,6 +7,7 @@
 use crate::campaign::begin::log::{LEAP, Log};
 use crate::campaign::begin::survey::Surveyed;
 use crate::campaign::begin::word::Word;
+use crate::campaign::glitches::least_step;
 use crate::campaign::header::TIME;
 use crate::units::Unit;
 
@@ -84,8 +85,7 @@ impl Sigma {
 fn scatter(log: &Log, column: &Surveyed) -> (f64, &'static str) {
     let values = &column.values;
     let times = log.guess.time.as_ref().map(|time| time.values.as_slice());
-    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    let smallest = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let smallest = least_step(values);
     let rounding = if smallest.is_finite() { smallest / 12_f64.sqrt() } else { 0.0 };
     let [lowest, highest] = ORDERS;
     let of_order: Vec<f64> =
@@ -130,7 +130,7 @@ fn differences(times: Option<&[f64]>, values: &[f64], order: usize) -> f64 {
     }
 }
 
-/// A size in SI to two digits: in the unit of the measurand, of one in SI in one in which it is easy to
+/// A size in SI to two digits, or to whole ones: in the unit of the measurand, of one in SI in one in which it is easy to
 /// read.
 fn written(size: f64, unit: &Unit) -> String {
     let size = size.max(1e-12 * unit.factor);

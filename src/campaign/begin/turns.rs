@@ -7,10 +7,12 @@ const COMPARED: usize = 500;
 const DELAYS: usize = 2000;
 /// A part of the samples that must lie within the stream.
 const WITHIN: f64 = 0.5;
+/// Fewest headings that show a scale.
+const FEWEST: usize = 20;
 /// Headings are alike where they differ by less than such a part of their own standard deviation.
 const ALIKE: f64 = 0.05;
 /// Scales that a path of dead reckoning may have.
-const POSSIBLE: std::ops::Range<f64> = 0.5..2.0;
+pub(super) const POSSIBLE: std::ops::Range<f64> = 0.5..2.0;
 /// Rates of the clock that are tried, either way, and their steps.
 const MOST_RATE: i32 = 10;
 const RATE_STEP: f64 = 0.005;
@@ -64,7 +66,7 @@ fn compared(data: &[Heading], stream: &[Heading], middle: f64, clock: [f64; 2]) 
     };
     let pairs: Vec<[f64; 2]> = data.iter().filter_map(|own| Some([at(own.0)?, own.1])).collect();
     let count = pairs.len() as f64;
-    if count < WITHIN * data.len() as f64 {
+    if pairs.len() < FEWEST || count < WITHIN * data.len() as f64 {
         return None;
     }
     let mean = |side: usize| pairs.iter().map(|pair| pair[side]).sum::<f64>() / count;

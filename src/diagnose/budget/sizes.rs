@@ -33,7 +33,7 @@ pub struct Size {
 #[derive(Clone, Debug)]
 pub struct WellDetermined {
     /// The values with their factors (SI); that of the row is the first, with the factor 1.
-    pub of: Vec<(f64, Size)>,
+    pub terms: Vec<(f64, Size)>,
     /// The sum (SI).
     pub value: f64,
     /// Its standard uncertainty.

@@ -10,7 +10,7 @@ use crate::engine::Problem;
 
 use super::labels::each_input;
 
-/// Share of an input's variance below which it goes in proportion with another one.
+/// Part of an input's variance that another one leaves, below which they go in proportion.
 const ALIKE: f64 = 2e-4;
 /// Span (rad) above which an angle is treated as periodic.
 const PERIODIC: f64 = 1.0;
@@ -62,15 +62,18 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
         .collect()
 }
 
-/// Inputs whose values go in proportion with some values: what is commanded and what is read of it. Of
-/// angles the difference counts, which does not jump where one begins anew.
+/// Inputs whose values go in proportion with some values, either way: what is commanded and what is read of
+/// it. Of angles the difference counts, or the sum, which does not jump where one begins anew.
 fn alike(own: &(bool, Vec<f64>), all: &IndexMap<String, (bool, Vec<f64>)>) -> Vec<String> {
     let go_together = |other: &(bool, Vec<f64>)| {
         let pairs = || own.1.iter().copied().zip(other.1.iter().copied());
         let left = match own.0 && other.0 {
             true => {
-                let own = scatter(pairs().map(|(a, _)| (a.cos(), a.sin())));
-                scatter(pairs().map(|(a, b)| ((a - b).cos(), (a - b).sin()))) / own
+                let whole = scatter(pairs().map(|(a, _)| (a.cos(), a.sin())));
+                let left = |sign: f64| {
+                    scatter(pairs().map(|(a, b)| ((a - sign * b).cos(), (a - sign * b).sin())))
+                };
+                left(1.0).min(left(-1.0)) / whole
             }
             false => {
                 let (a, b) = (mean(pairs().map(|pair| pair.0)), mean(pairs().map(|pair| pair.1)));
@@ -80,9 +83,11 @@ fn alike(own: &(bool, Vec<f64>), all: &IndexMap<String, (bool, Vec<f64>)>) -> Ve
                 1.0 - product * product / squares
             }
         };
-        own.1.len() == other.1.len() && left < ALIKE
+        left < ALIKE
     };
-    let found = all.iter().filter(|(_, other)| go_together(other));
+    // Inputs with gaps of their own have no pairs.
+    let is_whole = |other: &(bool, Vec<f64>)| own.1.len() == other.1.len();
+    let found = all.iter().filter(|(_, other)| is_whole(other) && go_together(other));
     found.map(|(name, _)| name.clone()).collect()
 }
 

@@ -26,16 +26,16 @@ impl Solved {
         }
         let size =
             |term: usize| linear.size(selection.terms[term].columns.first()?.first()?.0, 0.0);
-        let mut of = vec![(1.0, size(model[at])?)];
+        let mut terms = vec![(1.0, size(model[at])?)];
         let own = self.terms[at].start;
         if !is_of_rows {
             // A row's value without the others in the model is that sum.
             for other in others {
                 let is_named = |term: &usize| linear.terms[*term].name == other.name;
-                of.push((other.factor?, size((0..linear.terms.len()).find(is_named)?)?));
+                terms.push((other.factor?, size((0..linear.terms.len()).find(is_named)?)?));
             }
             let sigma = self.covariance[(own, own)].max(0.0).sqrt();
-            return Some(WellDetermined { of, value: self.values[own], sigma });
+            return Some(WellDetermined { terms, value: self.values[own], sigma });
         }
         let mut places = Vec::new();
         for other in others {
@@ -51,9 +51,9 @@ impl Solved {
         let mut value = self.values[own];
         for (slope, (place, column)) in slope.iter().zip(&places) {
             value -= slope * self.values[*column];
-            of.push((-slope, size(model[*place])?));
+            terms.push((-slope, size(model[*place])?));
         }
         let variance = self.covariance[(own, own)] - (slope * across.transpose())[(0, 0)];
-        Some(WellDetermined { of, value, sigma: variance.max(0.0).sqrt() })
+        Some(WellDetermined { terms, value, sigma: variance.max(0.0).sqrt() })
     }
 }

@@ -15,6 +15,8 @@ pub(super) const TIME: &str = "time";
 const STATED: &str = "stated values";
 /// The covariate of what is too small for a name.
 const SMALL: &str = "small";
+/// The same of what a search takes in and out by turns.
+const UNSETTLED: &str = "unsettled";
 /// The covariate of a wave in time with phases of each run's own.
 pub(super) const OSCILLATION: &str = "oscillation";
 
@@ -51,9 +53,9 @@ pub(in crate::diagnose) enum Extent {
 }
 
 impl Place {
-    /// Whether it is that of an effect of the library that is too small for a name.
-    pub fn is_small_effect(&self) -> bool {
-        self.covariate == SMALL
+    /// Whether it is that of an effect that is no row.
+    pub fn is_effect(&self) -> bool {
+        [SMALL, UNSETTLED].contains(&self.covariate.as_str())
     }
 
     /// Of all runs.
@@ -63,11 +65,11 @@ impl Place {
 
     /// Of a term with the form of an effect that is no row: too small for one, or in turn with another one.
     pub(in crate::diagnose) fn like(effect: &str, is_small: bool) -> Self {
-        let words = match is_small {
-            true => format!("`{effect}`, too small for a name"),
-            false => format!("`{effect}`, on which the search did not settle"),
+        let (covariate, why) = match is_small {
+            true => (SMALL, "too small for a name"),
+            false => (UNSETTLED, "on which the search did not settle"),
         };
-        Self::new(Of::Channel(effect.to_owned()), SMALL, words)
+        Self::new(Of::Channel(effect.to_owned()), covariate, format!("`{effect}`, {why}"))
     }
 
     /// The same in a run or from there on.
@@ -130,7 +132,7 @@ impl Place {
 
     /// Whether an effect may have its form: not that of a stated value, nor of a term that is no row.
     pub fn is_of_an_effect(&self) -> bool {
-        !self.is_small_effect() && self.stated().is_none()
+        !self.is_effect() && self.stated().is_none()
     }
 
     /// Whether it is a wave in time.

@@ -129,7 +129,13 @@ impl Budget<'_> {
                 ..self.row(*at, gains, &folded)
             };
             let others: Vec<&Confounded> = row.together().collect();
-            let found = without_others.well_determined(linear, selection, (&whole, *at), &others);
+            let mut found =
+                without_others.well_determined(linear, selection, (&whole, *at), &others);
+            let shares =
+                members.iter().filter(|one| one.effect == *name).flat_map(|one| &one.shares);
+            if let Some(sum) = &mut found {
+                sum.sigma = shares.fold(sum.sigma, |sigma, (_, share)| sigma.hypot(*share));
+            }
             let sigma = row.values.first().and_then(|one| one.sigma);
             let is_better = |one: &WellDetermined| sigma.is_some_and(|u| one.sigma < BETTER * u);
             row.well_determined = found.filter(is_better);
