@@ -25,7 +25,7 @@ const SMALL: f64 = 0.02;
 const NEAR_ZERO: f64 = 0.03;
 
 const BENT: &str = r#"
-# OF_WHICH begins about at zero, as a path of dead reckoning (wheel counts, steps, an integrated gyro)
+# DEAD_RECKONING begins about at zero, as a path of dead reckoning (wheel counts, steps, an integrated gyro)
 # does: its distances and headings have scale errors, and a wrong heading bends the path more and
 # more. That is an integral over the way, which formulas do not have: BEND was computed from the
 # stream's poses at a heading_scale of SCALE (WHY).
@@ -36,8 +36,8 @@ const BENT: &str = r#"
 # A circle alone hardly tells the lever from the scales: look at `calibrate --noise sandwich`.
 middle_turn = 'frame_turn + heading_scale * (MEAN rad - FIRST rad)'
 direction   = 'ref_heading + heading_scale * (ref_heading - MEAN rad)'
-path_x      = 'ref_x + bent_x + (heading_scale - (SCALE)) * bend_x'
-path_y      = 'ref_y + bent_y + (heading_scale - (SCALE)) * bend_y'
+path_x      = 'ref_x + bend_x + (heading_scale - (SCALE)) * bend_x_by_scale'
+path_y      = 'ref_y + bend_y + (heading_scale - (SCALE)) * bend_y_by_scale'
 point_x     = '(1 + distance_scale) * path_x + LEVER * (lever_forward * cos(direction) - lever_left * sin(direction))'
 point_y     = '(1 + distance_scale) * path_y + LEVER * (lever_forward * sin(direction) + lever_left * cos(direction))'
 "#;
@@ -45,10 +45,10 @@ point_y     = '(1 + distance_scale) * path_y + LEVER * (lever_forward * sin(dire
 const SCALES: &str = r#"distance_scale = { unit = "1", scope = "instrument", lower = "-0.9", about = "by how much the data's distances are longer" }
 heading_scale  = { unit = "1", scope = "instrument", start = "SCALE", simulated_at = "SCALE", linear_range = "RANGE", about = "by how much its turns are larger" }
 "#;
-const BENDS: &str = r#"bent_x      = { unit = "m", signal = true, smooth = "SMOOTH" }
-bent_y      = { unit = "m", signal = true, smooth = "SMOOTH" }
-bend_x      = { unit = "m", signal = true, smooth = "SMOOTH" }
-bend_y      = { unit = "m", signal = true, smooth = "SMOOTH" }
+const BENDS: &str = r#"bend_x          = { unit = "m", signal = true, smooth = "SMOOTH" }
+bend_y          = { unit = "m", signal = true, smooth = "SMOOTH" }
+bend_x_by_scale = { unit = "m", signal = true, smooth = "SMOOTH" }
+bend_y_by_scale = { unit = "m", signal = true, smooth = "SMOOTH" }
 "#;
 
 /// The offset of the heading, without what it is about.
@@ -136,7 +136,7 @@ impl Reckoned {
         };
         let [first, mean] = self.headings.map(|one| format!("{one:.7}"));
         [
-            ("OF_WHICH", log),
+            ("DEAD_RECKONING", log),
             ("LEVER", lever),
             ("SCALE", &self.scale),
             ("WHY", self.why),
@@ -217,18 +217,22 @@ fn poses(log: &Log, words: &[Word]) -> Option<Vec<Pose>> {
 /// By how much the path is bent at a scale of the heading, and the derivative by that: from the origin of
 /// the frame on, with the first heading up to the first pose.
 fn table(poses: &[Pose], unit: &str, scale: f64, [first, mean]: [f64; 2]) -> String {
-    let mut text = format!("time [{unit}],bent_x [m],bent_y [m],bend_x [m],bend_y [m]\n");
-    let [mut bent_x, mut bent_y, mut bend_x, mut bend_y] = [0.0; 4];
+    let mut text =
+        format!("time [{unit}],bend_x [m],bend_y [m],bend_x_by_scale [m],bend_y_by_scale [m]\n");
+    let [mut bend_x, mut bend_y, mut bend_x_by_scale, mut bend_y_by_scale] = [0.0; 4];
     let mut last = Pose { stamp: 0.0, x: 0.0, y: 0.0, heading: first };
     for own in poses {
         let (dx, dy) = (own.x - last.x, own.y - last.y);
         let turned = 0.5 * (own.heading + last.heading) - mean;
         let (sin, cos) = (scale * turned).sin_cos();
-        bent_x += (cos - 1.0) * dx - sin * dy;
-        bent_y += sin * dx + (cos - 1.0) * dy;
-        bend_x -= turned * (sin * dx + cos * dy);
-        bend_y += turned * (cos * dx - sin * dy);
-        text += &format!("{},{bent_x:.7},{bent_y:.7},{bend_x:.6},{bend_y:.6}\n", own.stamp);
+        bend_x += (cos - 1.0) * dx - sin * dy;
+        bend_y += sin * dx + (cos - 1.0) * dy;
+        bend_x_by_scale -= turned * (sin * dx + cos * dy);
+        bend_y_by_scale += turned * (cos * dx - sin * dy);
+        text += &format!(
+            "{},{bend_x:.7},{bend_y:.7},{bend_x_by_scale:.6},{bend_y_by_scale:.6}\n",
+            own.stamp
+        );
         last = *own;
     }
     text
