@@ -12,6 +12,7 @@ use homepoint::trials::design::Design;
 use homepoint::trials::draw::{Drawn, draw};
 use homepoint::trials::heading::Heading;
 use homepoint::trials::ledger::{Ledger, LedgerError};
+use homepoint::trials::outcome;
 use homepoint::trials::plan::{Kind, Plan};
 use homepoint::trials::run;
 use homepoint::trials::tally::tally;
@@ -96,6 +97,16 @@ fn an_effect_has_the_length_that_is_asked_for() {
         let name = &drawn.doses[0].cause.name;
         assert!((found / lambda - 1.0).abs() < 0.02, "{name}: {found} instead of {lambda}");
     }
+}
+
+/// Slow noise in forty runs: many blocks imitate it, some of them reduced beside a row, until noise explains
+/// more than all of these.
+#[test]
+fn slow_noise_that_many_blocks_imitate_is_noise() {
+    let campaign = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
+    let design = Design::new(open(&Request::new([campaign])).unwrap()).unwrap();
+    let found = outcome::of(&design, &Plan::standard(60, 20_261_129), 7);
+    assert!(found.named.is_empty(), "{found:?}");
 }
 
 /// Values go to their rig and instrument, whether those have names or not.

@@ -84,6 +84,8 @@ impl Search<'_> {
             if round < CHANGE_ROUNDS && selection.has_most_blocks(&model) {
                 instead = instead_of_blocks(linear, &selection, &model);
                 if instead.is_some() {
+                    // The model may have blocks that were reduced beside rows.
+                    linear.terms = selection.terms;
                     break;
                 }
             }
