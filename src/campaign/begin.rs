@@ -76,24 +76,13 @@ pub struct Begun {
 /// A model with the name under which a campaign knows it.
 pub type NamedModel = (String, Model);
 
-/// Begins a campaign of one or more logs: each with its path, and how the campaign names it. `model` is the model that is wanted, else one of `known`
-/// is taken that fits, or one is written.
+/// Begins a campaign of one or more logs: each with its path, and how the campaign names it. `model` is
+/// the model that is wanted, else one of `known` is taken that fits, or one is written. The bend of a path of
+/// dead reckoning is computed at `heading_scale`, else at that of the headings of both logs.
 ///
 /// # Errors
-/// A file that cannot be read as a table, that has no stamps, or nothing that moves.
+/// A file that cannot be read as a table, that has no stamps, or nothing that moves; a scale that no heading has.
 pub fn begin(
-    files: &[(PathBuf, PathBuf)],
-    model: Option<&NamedModel>,
-    known: &[NamedModel],
-) -> Result<Begun, Diagnostics> {
-    begin_at(files, model, known, None)
-}
-
-/// Likewise, with the bend of a path of dead reckoning at a stated scale of its heading.
-///
-/// # Errors
-/// As of [`begin`].
-pub fn begin_at(
     files: &[(PathBuf, PathBuf)],
     model: Option<&NamedModel>,
     known: &[NamedModel],

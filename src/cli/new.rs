@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use clap::Args;
 
 use super::{Failure, output, render};
-use crate::campaign::begin::{NamedModel, begin_at};
+use crate::campaign::begin::{NamedModel, begin};
 use crate::diagnostic::Diagnostic;
 use crate::document::files::Files;
 use crate::library::{self, Library, is_model_path};
@@ -84,7 +84,7 @@ impl New {
         let known = known.collect::<Result<Vec<NamedModel>, Failure>>()?;
         let logs: Vec<(PathBuf, PathBuf)> =
             self.from.iter().map(|log| (log.clone(), seen_from(folder, log))).collect();
-        let begun = begin_at(&logs, model.as_ref(), &known, self.heading_scale)?;
+        let begun = begin(&logs, model.as_ref(), &known, self.heading_scale)?;
         if self.heading_scale.is_some() && begun.table.is_none() {
             let message = "`--heading-scale` is stated, but no bend of a path of dead reckoning is computed from these logs";
             let help = "state it for two logs of poses in a plane, one of which begins near zero";

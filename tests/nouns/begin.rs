@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use homepoint::campaign::begin::{NamedModel, begin, begin_at};
+use homepoint::campaign::begin::{NamedModel, begin};
 use homepoint::campaign::file::CampaignFile;
 use homepoint::campaign::load::Campaign;
 use homepoint::campaign::loaded::LoadOptions;
@@ -34,7 +34,7 @@ pub(crate) fn begun(
         files.iter().map(|(name, _)| (folder.join(name), PathBuf::from(name))).collect();
     let known = library();
     let wanted = model.map(|name| known.iter().find(|(own, _)| own == name).unwrap());
-    let begun = begin(&logs, wanted, &known).map_err(|faults| faults.to_string())?;
+    let begun = begin(&logs, wanted, &known, None).map_err(|faults| faults.to_string())?;
     std::fs::write(folder.join("campaign.toml"), &begun.campaign).unwrap();
     if let Some((name, text)) = &begun.table {
         std::fs::write(folder.join(name), text).unwrap();
@@ -62,7 +62,7 @@ pub(crate) fn fitted(files: &[(&str, String)], heading_scale: Option<f64>) -> Ca
     let folder = Folder::new("begin", &texts);
     let logs: Vec<(PathBuf, PathBuf)> =
         files.iter().map(|(name, _)| (folder.join(name), PathBuf::from(name))).collect();
-    let begun = begin_at(&logs, None, &library(), heading_scale).unwrap();
+    let begun = begin(&logs, None, &library(), heading_scale).unwrap();
     let campaign = ("campaign.toml".to_owned(), begun.campaign);
     for (name, text) in begun.model.into_iter().chain(begun.table).chain([campaign]) {
         std::fs::write(folder.join(name), text).unwrap();
@@ -303,7 +303,7 @@ fn columns_without_names_are_not_alike_by_their_numbers_and_bad_rows_are_told() 
     });
     let folder = Folder::new("begin", &[("slow.txt", slow.as_str()), ("fast.txt", fast.as_str())]);
     let logs = ["slow.txt", "fast.txt"].map(|name| (folder.join(name), PathBuf::from(name)));
-    let begun = begin(&logs, None, &library()).unwrap();
+    let begun = begin(&logs, None, &library(), None).unwrap();
     let model = begun.model.unwrap().1;
     assert!(model.contains("No two columns are called alike"), "{model}");
     let [note] = &begun.notes[..] else { panic!("{:?}", begun.notes) };
@@ -342,7 +342,7 @@ fn rows_of_text_are_no_missing_readings() {
     let fast = fast + "end of log\nfile was closed\n";
     let folder = Folder::new("begin", &[("slow.txt", slow.as_str()), ("fast.txt", fast.as_str())]);
     let logs = ["slow.txt", "fast.txt"].map(|name| (folder.join(name), PathBuf::from(name)));
-    let notes = begin(&logs, None, &library()).unwrap().notes;
+    let notes = begin(&logs, None, &library(), None).unwrap().notes;
     let [note] = &notes[..] else { panic!("{notes:?}") };
     assert!(note.contains("`fast.txt`: 2 rows have no number at all, but text"), "{note}");
     assert!(note.contains("--skip-bad-rows") && !note.contains("missing ="), "{note}");
@@ -367,7 +367,7 @@ fn what_cannot_be_begun_says_why() {
         assert!(fault.contains(words), "{fault}");
     }
     let none = [(PathBuf::from("none.csv"), PathBuf::from("none.csv"))];
-    let fault = begin(&none, None, &library()).unwrap_err().to_string();
+    let fault = begin(&none, None, &library(), None).unwrap_err().to_string();
     assert!(fault.contains("does not exist"), "{fault}");
 }
 
@@ -440,7 +440,7 @@ fn begun_with(model: &str, files: &[(&str, String)]) -> String {
     let logs: Vec<(PathBuf, PathBuf)> =
         files.iter().map(|(name, _)| (folder.join(name), PathBuf::from(name))).collect();
     let own = ("own.toml".to_owned(), Model::parse(Source::new("own.toml", model)).unwrap());
-    let campaign = begin(&logs, Some(&own), &library()).unwrap().campaign;
+    let campaign = begin(&logs, Some(&own), &library(), None).unwrap().campaign;
     std::fs::write(folder.join("campaign.toml"), &campaign).unwrap();
     CampaignFile::read(&folder).unwrap_or_else(|faults| panic!("{faults}\n{campaign}"));
     campaign

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use homepoint::campaign::begin::begin_at;
+use homepoint::campaign::begin::begin;
 use homepoint::estimate::linear_range::beyond_range;
 
 use crate::begin::{begun, fitted, library, readings};
@@ -166,8 +166,8 @@ fn a_scale_that_no_heading_has_is_refused() {
     let logs: Vec<(PathBuf, PathBuf)> =
         texts.iter().map(|(name, _)| (folder.join(name), PathBuf::from(name))).collect();
     for scale in [f64::NAN, f64::INFINITY, -1.0, 1e300, -0.6] {
-        let fault = begin_at(&logs, None, &library(), Some(scale)).unwrap_err().to_string();
+        let fault = begin(&logs, None, &library(), Some(scale)).unwrap_err().to_string();
         assert!(fault.contains("must be between -0.5 and 1"), "{scale}: {fault}");
     }
-    assert!(begin_at(&logs, None, &library(), Some(-0.02)).unwrap().table.is_some());
+    assert!(begin(&logs, None, &library(), Some(-0.02)).unwrap().table.is_some());
 }

@@ -182,7 +182,7 @@ fn a_campaign_begun_from_an_export_has_its_columns() {
         let text = table(before, separator);
         let folder = Folder::new("begun", &[("head.toml", MODEL), ("data.csv", &text)]);
         let log = (folder.join("data.csv"), PathBuf::from("data.csv"));
-        let begun = begin(&[log], Some(&own), &[]).unwrap().campaign;
+        let begun = begin(&[log], Some(&own), &[], None).unwrap().campaign;
         fs::write(folder.join("campaign.toml"), &begun).unwrap();
         let file = CampaignFile::read(&folder).unwrap();
         let loaded = file.load(&own.1, &LoadOptions::default());

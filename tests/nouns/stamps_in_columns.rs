@@ -205,7 +205,7 @@ fn campaigns_are_begun_from_stamps_in_two_columns() {
     ] {
         let folder = Folder::new("begun-stamps", &[("data.txt", &data), ("stream.txt", &stream)]);
         let named = |name: &str| (folder.join(name), PathBuf::from(name));
-        let begun = begin(&[named("data.txt"), named("stream.txt")], None, &known).unwrap();
+        let begun = begin(&[named("data.txt"), named("stream.txt")], None, &known, None).unwrap();
         assert!(begun.campaign.contains(words), "{}", begun.campaign);
         std::fs::write(folder.join("campaign.toml"), &begun.campaign).unwrap();
         let file = CampaignFile::read(&folder).unwrap();

@@ -17,7 +17,7 @@ const TURNS: [&str; 5] = ["rotation", "orientation", "attitude", "quaternion", "
 /// Words before the axis of a position.
 const POSITIONS: [&str; 8] = ["p", "pos", "position", "pose", "t", "translation", "tool", "hand"];
 /// What parts a name.
-const PARTS: [char; 5] = ['_', '.', '/', ' ', '-'];
+pub(super) const PARTS: [char; 5] = ['_', '.', '/', ' ', '-'];
 
 /// The columns of these names, in each way that may be one thing: side by side, else the first of
 /// each name.

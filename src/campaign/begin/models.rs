@@ -6,6 +6,7 @@ use crate::campaign::begin::scatter::Sigma;
 use crate::campaign::begin::text::Table;
 use crate::campaign::begin::word::{Word, quoted};
 use crate::model::name;
+use crate::statistics::{robust, upper_median};
 
 /// A model that was made, and the columns that it takes.
 pub(super) struct Made {
@@ -203,17 +204,10 @@ fn apart(log: &Log, Pair { name, own, other }: &Pair) -> Sigma {
         let first = all.first().copied().unwrap_or(0.0);
         all.iter_mut().for_each(|apart| *apart -= turn * ((*apart - first) / turn).round());
     }
-    let middle = |values: &mut Vec<f64>| {
-        let half = values.len() / 2;
-        match values.is_empty() {
-            true => 0.0,
-            false => *values.select_nth_unstable_by(half, f64::total_cmp).1,
-        }
-    };
-    let common = middle(&mut all);
-    all.iter_mut().for_each(|apart| *apart = (*apart - common).abs());
+    let common = upper_median(&mut all).unwrap_or(0.0);
+    all.iter_mut().for_each(|apart| *apart -= common);
     let why = "the scatter of its differences from what it is read of";
-    Sigma::of(name, 1.4826 * middle(&mut all), &own.unit, why)
+    Sigma::of(name, robust(&all).unwrap_or(0.0), &own.unit, why)
 }
 
 /// What a model of pairs consists of.

@@ -1,5 +1,6 @@
 //! Poses in a plane among the columns of a log: two axes, and a heading about the third one.
 
+use crate::campaign::begin::axis_columns::PARTS;
 use crate::campaign::begin::candidate::{Candidate, base};
 use crate::campaign::begin::survey::Surveyed;
 use crate::units::Unit;
@@ -7,8 +8,6 @@ use crate::units::Unit;
 /// Names of headings, those first that have no other meaning: theta and phi may be pitch and roll.
 pub(super) const HEADINGS: [&str; 9] =
     ["yaw", "heading", "hdg", "psi", "rz", "theta", "th", "phi", "orientation"];
-/// What parts a name.
-const PARTS: [char; 5] = ['_', '.', '/', ' ', '-'];
 /// The third axis moves by so much of what the others do at most: no floor is even.
 const HARDLY: f64 = 0.1;
 

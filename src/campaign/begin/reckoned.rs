@@ -10,6 +10,8 @@
 //! first pose, the derivative has the noise of the path times a number of one sign, and a diagnosis finds
 //! the one in the other.
 
+use std::collections::BTreeSet;
+
 use crate::campaign::begin::candidate::Candidate;
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::turns::{Heading, heading_scale};
@@ -95,12 +97,11 @@ impl Reckoned {
             let unit = &log.guess.time.as_ref()?.unit;
             Some(poses.iter().map(|pose| (unit.to_si(pose.stamp), pose.heading)).collect())
         };
-        let (scale, why) = match stated {
-            Some(scale) => (scale, "stated"),
-            None => match heading_scale(&headings(data, &own)?, &headings(stream, &poses)?) {
-                Some(scale) => (scale, "that of the headings of both logs"),
-                None => (0.0, why_no_scale(&headings(data, &own)?, &headings(stream, &poses)?)),
-            },
+        let (of_data, of_stream) = (headings(data, &own)?, headings(stream, &poses)?);
+        let (scale, why) = match stated.or_else(|| heading_scale(&of_data, &of_stream)) {
+            Some(scale) if stated.is_some() => (scale, "stated"),
+            Some(scale) => (scale, "that of the headings of both logs"),
+            None => (0.0, why_no_scale(&of_data, &of_stream)),
         };
         // As the model states it.
         let scale = format!("{scale:.6}");
@@ -208,7 +209,8 @@ fn poses(log: &Log, words: &[Word]) -> Option<Vec<Pose>> {
     }
     let stamps: Vec<f64> = poses.iter().map(|pose| pose.stamp).collect();
     let off = |of: fn(&Pose) -> f64| glitches(&stamps, &poses.iter().map(of).collect::<Vec<_>>());
-    let off = [off(|own| own.x), off(|own| own.y), off(|own| own.heading)].concat();
+    let off = [off(|own| own.x), off(|own| own.y), off(|own| own.heading)];
+    let off: BTreeSet<usize> = off.concat().into_iter().collect();
     let mut row = 0..;
     poses.retain(|_| row.next().is_none_or(|row| !off.contains(&row)));
     Some(poses)

@@ -9,6 +9,7 @@ use crate::campaign::begin::survey::Surveyed;
 use crate::campaign::begin::word::Word;
 use crate::campaign::glitches::least_step;
 use crate::campaign::header::TIME;
+use crate::statistics::robust;
 use crate::units::Unit;
 
 /// The lowest and the highest order of differences.
@@ -19,8 +20,6 @@ const NOISE: f64 = 0.8;
 const OF_WAY: f64 = 2e-3;
 /// Windows of rows that are looked at.
 const MOST_WINDOWS: usize = 20_000;
-/// The median of the size of normal deviates, inverted.
-const NORMAL: f64 = 1.4826;
 /// Sizes that are easy to read in the unit of the measurand.
 const EASY: std::ops::Range<f64> = 1e-2..1e4;
 /// Units in which sizes are read, from large to small.
@@ -122,16 +121,12 @@ fn differences(times: Option<&[f64]>, values: &[f64], order: usize) -> f64 {
         (sum.sum::<f64>() / length).abs()
     };
     let windows = rows.windows(order + 1).step_by(rows.len() / MOST_WINDOWS + 1);
-    let mut all: Vec<f64> = windows.map(of_window).filter(|one| one.is_finite()).collect();
-    let middle = all.len() / 2;
-    match all.is_empty() {
-        true => 0.0,
-        false => NORMAL * *all.select_nth_unstable_by(middle, f64::total_cmp).1,
-    }
+    let all: Vec<f64> = windows.map(of_window).filter(|one| one.is_finite()).collect();
+    robust(&all).unwrap_or(0.0)
 }
 
-/// A size in SI to two digits, or to whole ones: in the unit of the measurand, of one in SI in one in which it is easy to
-/// read.
+/// A size in SI to two digits, or to whole ones: in the unit of the measurand, of one in SI in one in which
+/// it is easy to read.
 fn written(size: f64, unit: &Unit) -> String {
     let size = size.max(1e-12 * unit.factor);
     let own = unit.of_differences();
