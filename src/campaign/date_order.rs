@@ -14,7 +14,7 @@ use crate::campaign::header::Column;
 use crate::campaign::lines::Lines;
 use crate::campaign::origin::Origin;
 use crate::campaign::preamble::pass_header;
-use crate::campaign::recognise::Layout;
+use crate::campaign::recognise::layout::Layout;
 use crate::campaign::stamp_columns::StampColumns;
 use crate::diagnostic::Diagnostic;
 use crate::document::files::open_regular;

@@ -9,7 +9,8 @@ use crate::campaign::computed::Computation;
 use crate::campaign::form::{Form, is_missing};
 use crate::campaign::formats::{Format, Role, ahead_of_utc, unit_since_1970};
 use crate::campaign::origin::Origin;
-use crate::campaign::recognise::{Head, Layout};
+use crate::campaign::recognise::Head;
+use crate::campaign::recognise::layout::Layout;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::units::Unit;
 

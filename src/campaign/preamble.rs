@@ -11,7 +11,10 @@ use std::io;
 use crate::campaign::dialect::{Separator, cells, names};
 use crate::campaign::form::{Form, HeaderRow, is_missing};
 use crate::campaign::lines::Lines;
-use crate::campaign::recognise::{Head, Layout, ROWS, are_units, candidates, numbers};
+use crate::campaign::recognise::layout::Layout;
+use crate::campaign::recognise::separators::{candidates, numbers};
+use crate::campaign::recognise::units::are_units;
+use crate::campaign::recognise::{Head, ROWS};
 
 /// Rows in which the header is looked for.
 pub(crate) const MOST: usize = 100;

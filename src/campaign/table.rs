@@ -21,7 +21,8 @@ use crate::campaign::origin::Origin;
 #[cfg(feature = "parquet")]
 use crate::campaign::parquet::Rows;
 use crate::campaign::preamble::{head_lines, pass_header};
-use crate::campaign::recognise::{Head, Layout};
+use crate::campaign::recognise::Head;
+use crate::campaign::recognise::layout::Layout;
 use crate::campaign::reordered::Reordered;
 use crate::campaign::repeated_rows::RepeatedRows;
 use crate::campaign::repeats::Repeats;
