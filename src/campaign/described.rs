@@ -5,7 +5,8 @@ use crate::campaign::header::{Choice, Column, TIME};
 use crate::campaign::lines::Lines;
 use crate::campaign::recognise::ROWS;
 use crate::campaign::recognise::layout::Layout;
-use crate::campaign::table::{Table, is_parquet};
+use crate::campaign::table::Table;
+use crate::campaign::table::open::is_parquet;
 use crate::diagnostic::Place;
 use crate::document::files::open_regular;
 

@@ -11,7 +11,7 @@ use crate::campaign::declared::{ColumnWord, RunEntry, TableEntry};
 use crate::campaign::header::{Choice, Column};
 use crate::campaign::loaded::Campaign;
 use crate::campaign::run::{Role, Run};
-use crate::campaign::table::columns_in;
+use crate::campaign::table::open::columns_in;
 use crate::campaign::whole::{WholeFile, write_whole};
 use crate::campaign::write_run::RunTable;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
