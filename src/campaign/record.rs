@@ -10,11 +10,18 @@
 //! A temporary file that cannot be read any more does not stop a walk: the stretch is filled with
 //! NaN and [`Record::fault`] says why. Whoever uses the result asks for it.
 
+pub(super) mod change;
+mod in_memory;
+mod in_place;
+mod stretch;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 pub use crate::campaign::spill::BLOCK;
+pub use change::Change;
+pub use stretch::{Sample, Stretch};
 
 use crate::campaign::samples::{Samples, Starts, shape};
 use crate::campaign::signal::Track;
@@ -47,69 +54,6 @@ enum Kept {
 
 /// Samples of one block, and their reading columns.
 type LeftOut = (Range<usize>, Range<usize>);
-
-/// A run looked at otherwise than it was recorded.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Change {
-    /// No reading is there.
-    WithoutReadings,
-    /// The same positions passed at this many times the rate; negative is the other way round.
-    Retimed(f64),
-}
-
-/// Consecutive samples of a run.
-#[derive(Clone, Copy, Debug)]
-pub struct Stretch<'a> {
-    /// Columns that hold the stretch.
-    pub samples: &'a Samples,
-    /// Index of the stretch's first sample within those columns.
-    pub start: usize,
-    /// Number of that sample in its run.
-    pub first: usize,
-    /// How many samples.
-    pub len: usize,
-}
-
-/// One sample of a run.
-#[derive(Clone, Copy, Debug)]
-pub struct Sample<'a> {
-    /// Columns that hold it.
-    pub samples: &'a Samples,
-    /// Its index within those columns.
-    pub at: usize,
-    /// Its number in its run.
-    pub number: usize,
-}
-
-impl<'a> Stretch<'a> {
-    /// Where the stretch stands in the columns.
-    pub fn range(&self) -> Range<usize> {
-        self.start..self.start + self.len
-    }
-
-    /// Its samples.
-    pub fn each(self) -> impl ExactSizeIterator<Item = Sample<'a>> {
-        let Self { samples, start, first, len } = self;
-        (0..len).map(move |i| Sample { samples, at: start + i, number: first + i })
-    }
-}
-
-impl Sample<'_> {
-    /// Its reference time (s).
-    pub fn time(&self) -> f64 {
-        self.samples.time[self.at]
-    }
-
-    /// The row of the data file that it is from (line number, from 1).
-    pub fn row(&self) -> usize {
-        self.samples.rows.get(self.at).copied().unwrap_or(self.number + 1)
-    }
-
-    /// A reading column's value; NaN where it is missing.
-    pub fn reading(&self, column: usize) -> f64 {
-        self.samples.readings[column][self.at]
-    }
-}
 
 impl Default for Record {
     fn default() -> Self {
@@ -193,12 +137,6 @@ impl Record {
     /// Whether the samples are in a temporary file.
     pub fn is_spilled(&self) -> bool {
         matches!(self.kept, Kept::Spilled { .. })
-    }
-
-    /// Whether all samples are in memory: from the beginning, or since [`Record::whole`] read them
-    /// back.
-    pub fn is_in_memory(&self) -> bool {
-        !self.is_spilled() || self.whole.get().is_some()
     }
 
     /// Why samples could not be read back, if that happened.
@@ -330,142 +268,6 @@ impl Record {
             .enumerate()
             .filter(move |(number, _)| due(number + 1) > due(*number))
             .map(|(_, range)| range)
-    }
-
-    /// All samples in memory, read back once if need be: for small runs.
-    pub fn whole(&self) -> &Samples {
-        match &self.kept {
-            Kept::Held(samples) if self.is_as_recorded(&(0..self.len)) => samples,
-            _ => self.whole.get_or_init(|| Arc::new(self.head(self.len))),
-        }
-    }
-
-    /// The first samples, at most so many.
-    pub fn head(&self, most: usize) -> Samples {
-        self.cut(0..most.min(self.len))
-    }
-
-    /// About so many samples, in stretches of at most `step` spread evenly over the run.
-    pub fn spread(&self, most: usize, step: usize) -> Samples {
-        let mut ranges = self.share(most as f64 / self.len.max(1) as f64, step);
-        // Without samples there are its inputs.
-        let mut spread = self.cut(ranges.next().unwrap_or_default());
-        ranges.for_each(|range| spread.append(self.cut(range)));
-        spread
-    }
-
-    /// The samples of a range within the run, in memory.
-    pub fn cut(&self, range: Range<usize>) -> Samples {
-        let mut samples = Samples::default();
-        self.copy(range, &mut samples);
-        samples
-    }
-
-    /// Changes the samples; they are in memory from then on.
-    pub fn edit(&mut self, change: impl FnOnce(&mut Samples)) {
-        let as_recorded = self.is_as_recorded(&(0..self.len));
-        let held = match std::mem::take(self) {
-            Self { kept: Kept::Held(samples), .. } if as_recorded => Some(samples),
-            other => {
-                other.whole();
-                other.whole.into_inner()
-            }
-        };
-        let mut samples = Arc::unwrap_or_clone(held.unwrap_or_default());
-        change(&mut samples);
-        *self = Self::held(samples);
-    }
-
-    /// Leaves readings out: those of such samples in such reading columns are missing from then on.
-    /// What is kept stays where it is.
-    pub fn leave_out(&mut self, readings: impl IntoIterator<Item = (Range<usize>, Range<usize>)>) {
-        for (samples, columns) in readings.into_iter().filter(|(samples, _)| !samples.is_empty()) {
-            let all = Arc::make_mut(&mut self.left_out);
-            for block in samples.start / BLOCK..samples.end.div_ceil(BLOCK) {
-                let of = samples.start.max(block * BLOCK)..samples.end.min((block + 1) * BLOCK);
-                all.entry(block).or_default().push((of, columns.clone()));
-            }
-            self.whole = OnceLock::new();
-        }
-    }
-
-    /// The same run, looked at otherwise. Only the last change counts.
-    pub fn changed(&self, change: Change) -> Self {
-        let inputs = match (change, &self.kept) {
-            (Change::WithoutReadings, _) => self.inputs.clone(),
-            (Change::Retimed(_), _) => {
-                let moving = |track: &Track| match track.moves() {
-                    true => captured_with_rates(),
-                    false => track.clone(),
-                };
-                self.inputs.iter().map(moving).collect()
-            }
-        };
-        Self { inputs, change: Some(change), whole: OnceLock::new(), ..self.clone() }
-    }
-
-    /// Puts other streams in the place of those of some inputs. What is kept stays where it is.
-    pub(crate) fn replace_streams(&mut self, streams: Vec<(usize, Track)>) {
-        let put = |inputs: &mut [Track]| {
-            streams.iter().for_each(|(input, track)| inputs[*input] = track.clone());
-        };
-        put(&mut self.inputs);
-        match &mut self.kept {
-            Kept::Held(samples) => put(&mut Arc::make_mut(samples).inputs),
-            Kept::Spilled { inputs, .. } => put(inputs),
-        }
-        self.whole = OnceLock::new();
-    }
-
-    /// Lets the time since the start of the setup count from `start` (s).
-    pub(crate) fn set_setup_start(&mut self, start: f64) {
-        match &mut self.kept {
-            Kept::Held(samples) => {
-                let samples = Arc::make_mut(samples);
-                samples.setup_time = samples.time.iter().map(|time| time - start).collect();
-            }
-            Kept::Spilled { starts, .. } => starts.setup = start,
-        }
-    }
-
-    /// Lets elapsed time count from `start` (s).
-    pub(crate) fn set_start(&mut self, start: f64) {
-        match &mut self.kept {
-            Kept::Held(samples) => {
-                let samples = Arc::make_mut(samples);
-                samples.elapsed_time = samples.time.iter().map(|time| time - start).collect();
-            }
-            Kept::Spilled { starts, .. } => starts.all = start,
-        }
-    }
-}
-
-/// An input recorded with its rate and acceleration; columns are empty.
-pub(crate) fn captured_with_rates() -> Track {
-    Track::Captured { value: Vec::new(), rate: Some(Vec::new()), acceleration: Some(Vec::new()) }
-}
-
-impl Change {
-    fn apply(self, samples: &mut Samples) {
-        match self {
-            Self::WithoutReadings => {
-                samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
-            }
-            Self::Retimed(factor) => {
-                let Samples { time, inputs, .. } = samples;
-                for track in inputs.iter_mut().filter(|track| track.moves()) {
-                    let at = |order: u8, scale: f64| {
-                        let samples = time.iter().enumerate();
-                        samples.map(|(i, t)| scale * track.at::<f64>(i, *t, 0.0, order)).collect()
-                    };
-                    *track = Track::Captured {
-                        value: at(0, 1.0),
-                        rate: Some(at(1, factor)),
-                        acceleration: Some(at(2, factor * factor)),
-                    };
-                }
-            }
-        }
     }
 }
 
