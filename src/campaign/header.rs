@@ -1,21 +1,28 @@
 //! The header of a table: which of its columns are wanted, and in which units they are.
 
+mod column;
+pub(super) mod faults;
+mod formulas;
+mod names;
+
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 
 use crate::campaign::calendar::{FORMS, seeming};
 use crate::campaign::column_units::{by_name, counts, read_unit};
 use crate::campaign::computed::Computation;
-use crate::campaign::form::{Form, is_missing};
+use crate::campaign::form::Form;
 use crate::campaign::formats::{Format, Role, ahead_of_utc, unit_since_1970};
 use crate::campaign::origin::Origin;
-use crate::campaign::recognise::Head;
 use crate::campaign::recognise::layout::Layout;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::units::Unit;
+use faults::{no_header, no_stamp};
+use formulas::{computed, sources};
+use names::{Chosen, Names};
 
 pub(crate) use crate::campaign::wanted::{ADDED, ONE_COLUMN};
 pub use crate::campaign::wanted::{Choice, Stated, TIME, Wanted};
+pub use column::{Column, split};
 
 /// The columns of a file, and the format in which it is.
 pub(crate) struct Header {
@@ -25,257 +32,8 @@ pub(crate) struct Header {
     pub(crate) computed: Vec<(String, Computation)>,
 }
 
-/// A column that was chosen: for what, the unit that the campaign states, that of its format, and
-/// whether it is added to another one.
-struct Chosen<'w> {
-    want: &'w Wanted,
-    stated: Option<&'w Unit>,
-    usual: Option<Unit>,
-    is_added: bool,
-}
-
-/// A column of a table.
-#[derive(Clone, Debug)]
-pub struct Column {
-    /// Its name in the file; its number where it has none.
-    pub name: String,
-    /// Whether the file names it.
-    pub is_named: bool,
-    /// The wanted column it is, if any.
-    pub wanted: Option<String>,
-    /// Its unit in the file (`1` where it is not wanted).
-    pub unit: Unit,
-    /// Number of the column, from 0.
-    pub index: usize,
-    /// Values in SI, NaN where missing; empty where it is not wanted.
-    pub values: Vec<f64>,
-}
-
-/// Splits a header cell into its name and its unit with the unit's bytes within the cell: `x [m]`,
-/// or `x (m)` where that is a unit.
-pub fn split(cell: &str) -> (&str, Option<(&str, usize)>) {
-    let parts = |open: char, close: char| {
-        let open = cell.find(open).filter(|_| cell.ends_with(close))?;
-        Some((cell[..open].trim(), (&cell[open + 1..cell.len() - 1], open + 1)))
-    };
-    // `q[0]` names an element; `[1]` may be the unit 1.
-    let is_index = |text: &str| text.parse::<u32>().is_ok_and(|index| index != 1);
-    if let Some((name, unit)) = parts('[', ']').filter(|(_, unit)| !is_index(unit.0)) {
-        return (name, Some(unit));
-    }
-    match parts('(', ')') {
-        Some((name, unit)) if !name.is_empty() && Unit::parse(unit.0).is_ok() => (name, Some(unit)),
-        _ => (cell.trim(), None),
-    }
-}
-
-/// Files of more columns are in no format that is recognised.
-const MOST_OF_FORMAT: usize = 1000;
 /// How many faults of a header are reported.
 const MOST_FAULTS: usize = 20;
-
-/// Names of a file's columns with the places of their cells, and of the units in them.
-struct Names<'a> {
-    cells: Vec<(&'a str, (usize, usize))>,
-    /// The first column of a name, and the second one if it is not the only one.
-    places: HashMap<&'a str, (usize, Option<usize>)>,
-    /// Whether a column may be meant by digits: no row of names says otherwise.
-    by_digits: bool,
-}
-
-impl<'a> Names<'a> {
-    fn of(layout: &'a Layout) -> Self {
-        let Some(header) = &layout.header else {
-            let cells = vec![("", (0, 0)); layout.width];
-            return Self { cells, places: HashMap::new(), by_digits: true };
-        };
-        let cells = header.names();
-        let mut places: HashMap<&str, (usize, Option<usize>)> = HashMap::new();
-        for (index, (cell, _)) in cells.iter().enumerate() {
-            let name = split(cell).0;
-            if !name.is_empty() {
-                let known = places.entry(name).or_insert((index, None));
-                if known.0 != index {
-                    known.1.get_or_insert(index);
-                }
-            }
-        }
-        Self { cells, places, by_digits: header.start > 0 }
-    }
-
-    /// The names without units; empty where there are none.
-    fn plain(&self) -> Vec<&'a str> {
-        self.cells.iter().map(|(cell, _)| split(cell).0).collect()
-    }
-
-    /// The format of the file, as stated or recognised; chooses columns for roles that have none.
-    fn format<'w>(
-        &self,
-        layout: &Layout,
-        form: &Form,
-        chosen: &mut HashMap<usize, Chosen<'w>>,
-        wanted: &'w [Wanted],
-    ) -> Option<&'static Format> {
-        let names = self.plain();
-        let recognised = || match &layout.header {
-            Some(_) if names.len() <= MOST_OF_FORMAT => Format::with_names(&names),
-            None if chosen.is_empty() => Format::with_rows(&layout.numbers(form)),
-            _ => None,
-        };
-        let format = form.format.or_else(recognised)?;
-        for want in wanted.iter().filter(|want| want.stated.column.is_none()) {
-            let own = chosen.iter().find(|(_, one)| one.want.name == want.name);
-            let own = own.map(|(index, one)| (*index, one.stated.is_some()));
-            // A column of that name without a unit may be another one.
-            let has_unit = |index: usize| split(self.cells[index].0).1.is_some();
-            let is_chosen = own.is_some_and(|(index, stated)| stated || has_unit(index));
-            let Some(role) = want.role.filter(|_| !is_chosen) else { continue };
-            let Some(index) = format.place(role, &names) else { continue };
-            if let Some((own, _)) = own {
-                chosen.remove(&own);
-            }
-            let usual = Some(format.unit(role));
-            chosen.entry(index).or_insert(Chosen {
-                want,
-                stated: want.stated.unit.as_ref(),
-                usual,
-                is_added: false,
-            });
-        }
-        Some(format)
-    }
-
-    /// Chooses the columns that are added to the stamp: those that are stated, those of the format, or
-    /// the time of day beside a date. Where one of them is not there the file has no stamps. Answers
-    /// with those that are something else already, and what.
-    fn add_to_stamp<'w>(
-        &self,
-        layout: &Layout,
-        format: Option<&'static Format>,
-        chosen: &mut HashMap<usize, Chosen<'w>>,
-    ) -> Vec<(usize, &'w Wanted)> {
-        let time = chosen.iter().find(|(_, one)| one.want.name == TIME);
-        let Some((time, want)) = time.map(|(index, one)| (*index, one.want)) else {
-            return Vec::new();
-        };
-        let stated = &want.stated.added;
-        let mut added: Vec<(Option<usize>, Option<&Unit>, Option<Unit>)> = stated
-            .iter()
-            .map(|one| (self.stated(one).map(|(index, _)| index), one.unit.as_ref(), None))
-            .collect();
-        if let (true, Some(format)) = (stated.is_empty(), format) {
-            let names = self.plain();
-            let place = |part| format.place(Role::Time(part), &names);
-            if place(0) == Some(time) {
-                let parts = (1..).map_while(|part| Some((part, place(part)?)));
-                added.extend(
-                    parts.map(|(part, index)| {
-                        (Some(index), None, Some(format.unit(Role::Time(part))))
-                    }),
-                );
-            }
-        }
-        if added.is_empty() {
-            let beside = layout.beside(time).filter(|beside| !chosen.contains_key(beside));
-            added.extend(beside.map(|beside| (Some(beside), None, None)));
-        }
-        let mut taken = Vec::new();
-        for (index, stated, usual) in added {
-            let Some(index) = index else {
-                chosen.retain(|_, one| one.want.name != TIME);
-                return Vec::new();
-            };
-            match chosen.entry(index) {
-                Entry::Occupied(known) => taken.push((index, known.get().want)),
-                Entry::Vacant(free) => {
-                    free.insert(Chosen { want, stated, usual, is_added: true });
-                }
-            }
-        }
-        taken
-    }
-
-    /// The column that is stated, and one of the same name if there is another.
-    fn stated(&self, stated: &Stated) -> Option<(usize, Option<usize>)> {
-        let by_number = |number: usize| {
-            let index = number.checked_sub(1).filter(|index| *index < self.cells.len())?;
-            Some((index, None))
-        };
-        match stated.column.as_ref()? {
-            Choice::Number(number) => by_number(*number),
-            Choice::Name(name) => {
-                let named = self.places.get(name.as_str()).copied();
-                let digits = || name.parse().ok().filter(|_| self.by_digits);
-                named.or_else(|| digits().and_then(by_number))
-            }
-        }
-    }
-
-    /// The column that a wanted one is, one of the same name if there is another, and the unit that
-    /// the campaign states of it.
-    fn place<'w>(&self, want: &'w Wanted) -> Option<(usize, Option<usize>, Option<&'w Unit>)> {
-        let Stated { column, unit, .. } = &want.stated;
-        // What is computed may be called like one of the columns that it is computed from.
-        let own = || {
-            let is_computed = want.stated.formula.is_some();
-            self.places.get(want.name.as_str()).copied().filter(|_| !is_computed)
-        };
-        match self.stated(&want.stated) {
-            Some((index, other)) => Some((index, other, unit.as_ref())),
-            // A unit alone is that of the column which is called like the wanted one.
-            None => own()
-                .map(|(index, other)| (index, other, unit.as_ref().filter(|_| column.is_none()))),
-        }
-    }
-}
-
-impl Choice {
-    /// Whether it is one of these columns.
-    pub(crate) fn is_among(&self, columns: &[Column]) -> bool {
-        match self {
-            Self::Number(number) => (1..=columns.len()).contains(number),
-            Self::Name(name) => columns.iter().any(|column| column.name == *name),
-        }
-    }
-}
-
-/// The first cell of a column, where it is neither a number nor a date, a time of day or a reading
-/// that is missing.
-fn no_stamp<'a>(layout: &'a Layout, form: &Form, column: usize) -> Option<&'a str> {
-    let cell = layout.first_cell(column)?;
-    let is_number = form.decimal.clone().number(cell, layout.separator).is_some();
-    let is_known = is_number || seeming(cell).is_some() || is_missing(&form.missing, cell);
-    Some(cell).filter(|cell| !cell.is_empty() && !is_known)
-}
-
-/// The fault of a file that does not say what its columns are.
-pub(crate) fn no_header(origin: &Origin, layout: &Layout) -> Diagnostic {
-    let (line, text) = &layout.first;
-    Diagnostic::error("the file has no header row")
-        .at(origin.place(*line, text, (0, text.len())))
-        .help("the first row names the columns, each with its unit: `time [s],distance [m]`")
-        .help("where the row of names is in another line, write its number beside `file`: header = 4")
-        .help("where there is none, count the columns: header = false, columns = { time = { column = 1, unit = \"s\" } }")
-}
-
-/// The fault of a file of which no line is a row.
-pub(crate) fn no_rows(origin: &Origin, head: &Head<'_>) -> Diagnostic {
-    let is_list = |(_, text): &&(usize, &str)| text.contains([',', ';', '\t']);
-    match head.comments.iter().find(is_list) {
-        Some((number, text)) => {
-            let begin = text.chars().next().unwrap_or('#');
-            let help = format!(
-                "rows of numbers come behind it; a line that begins with `{begin}` is a comment"
-            );
-            Diagnostic::error("the file has no rows: all of its lines are comments")
-                .at(origin.place(*number, text, (0, text.len())))
-                .help(help)
-        }
-        None => Diagnostic::error("the file has no header row")
-            .at(origin.place(1, "", (0, 0)))
-            .help("start the file with a row of column names, `name [unit]`, separated by commas"),
-    }
-}
 
 /// Reads a header.
 pub(crate) fn read(
@@ -425,59 +183,4 @@ pub(crate) fn read(
         false => Vec::new(),
     };
     Diagnostics(faults).into_result(Header { columns, format, computed })
-}
-
-/// A wanted column that is computed, and the columns from which.
-type Sources<'w> = (&'w Wanted, Vec<Wanted>);
-
-/// What the formulas need that this file can compute: those all of whose names are columns of it.
-fn sources<'w>(
-    wanted: &'w [Wanted],
-    all: &Names<'_>,
-    chosen: &HashMap<usize, Chosen<'_>>,
-) -> Vec<Sources<'w>> {
-    let is_chosen = |want: &Wanted| chosen.values().any(|one| one.want.name == want.name);
-    let open = wanted.iter().filter(|want| !is_chosen(want));
-    let of = |want: &'w Wanted| {
-        let formula = want.stated.formula.as_ref()?;
-        let mut sources: Vec<Wanted> = Vec::new();
-        for (name, _) in formula.root.names() {
-            if name == "pi" || sources.iter().any(|known| known.name == name) {
-                continue;
-            }
-            let stated = want.stated.sources.iter().find(|(own, _)| own == name);
-            let stated = stated.map(|(_, stated)| stated.clone()).unwrap_or_default();
-            let source = Wanted { name: name.to_owned(), stated, unit: Unit::one(), role: None };
-            all.place(&source)?;
-            sources.push(source);
-        }
-        Some((want, sources))
-    };
-    open.filter_map(of).collect()
-}
-
-/// Columns that are computed from others.
-fn computed(
-    sources: &[Sources<'_>],
-    all: &Names<'_>,
-    columns: &[Column],
-    faults: &mut Vec<Diagnostic>,
-) -> Vec<(String, Computation)> {
-    let mut found = Vec::new();
-    for (want, sources) in sources {
-        let own: Vec<(&str, usize, Unit)> = sources
-            .iter()
-            .filter_map(|source| {
-                let (index, ..) = all.place(source)?;
-                Some((source.name.as_str(), index, columns[index].unit.clone()))
-            })
-            .collect();
-        let formula = want.stated.formula.as_ref();
-        match formula.map(|formula| Computation::of(formula, &own, &want.unit)) {
-            Some(Ok(computation)) => found.push((want.name.clone(), computation)),
-            Some(Err(fault)) => faults.push(fault),
-            None => {}
-        }
-    }
-    found
 }

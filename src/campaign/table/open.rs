@@ -7,6 +7,7 @@ use super::source::Source;
 use super::{Table, TableError, whole_line};
 use crate::campaign::date_order;
 use crate::campaign::form::{Form, HeaderRow};
+use crate::campaign::header::faults::{no_header, no_rows};
 use crate::campaign::header::{self, Column, Header, Wanted};
 use crate::campaign::lines::Lines;
 use crate::campaign::origin::Origin;
@@ -71,7 +72,7 @@ impl Table {
         let content = |faults| TableError::Content(origin.faults(faults));
         let mut source = Lines::of(file).map_err(unreadable)?;
         let head = Head::of(source.head(head_lines(form)).map_err(unreadable)?);
-        let nothing = header::no_rows(&origin, &head);
+        let nothing = no_rows(&origin, &head);
         let layout = head.layout(form);
         let Some(layout) = layout else {
             // Nothing is there, or the first row is no text.
@@ -90,7 +91,7 @@ impl Table {
         let Header { columns, format, computed } = header;
         let is_used = !computed.is_empty() || columns.iter().any(|column| column.wanted.is_some());
         if layout.header.is_none() && !is_used {
-            return Err(content(header::no_header(&origin, &layout).into()));
+            return Err(content(no_header(&origin, &layout).into()));
         }
         let settled = date_order::settled(path, form, (&origin, &layout), &columns);
         let form = &settled.map_err(unreadable)?.map_err(|fault| content(fault.into()))?;
