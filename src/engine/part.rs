@@ -4,6 +4,10 @@
 //! prediction and the residual of a reading. Whose unknowns are shared is [`super::problem`]'s
 //! business.
 
+mod leaves;
+mod present;
+mod slot;
+
 use std::ops::Range;
 
 use crate::campaign::delay_range::DelayRange;
@@ -11,12 +15,14 @@ use crate::campaign::{Run, Sample, Track};
 use crate::engine::found_starts::FoundStart;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::layout::qualified;
-use crate::engine::pointwise::{Leaves, Program};
-use crate::graph::{Clock, Leaf, MeasurandKind, NodeId, Value};
+use crate::engine::pointwise::Program;
+use crate::graph::{NodeId, Value};
 use crate::number::Number;
-use crate::quaternion::Quaternion;
 use crate::system::System;
 use crate::units::{DisplayUnits, Unit};
+
+pub use leaves::{ParameterLeaves, SampleLeaves};
+pub use slot::{Slot, wrapped};
 
 /// One campaign with its model, ready for evaluation.
 #[derive(Clone, Debug)]
@@ -65,32 +71,6 @@ pub struct Part {
     readers: Vec<Program>,
     slots: Vec<Slot>,
     columns: Vec<usize>,
-}
-
-/// Where a measurand stands among the program's outputs, the reading columns and the residuals.
-#[derive(Clone, Debug)]
-pub struct Slot {
-    /// Plain, angle or rotation.
-    pub kind: MeasurandKind,
-    /// First output of its value.
-    pub output: usize,
-    /// Output of the factor on its standard uncertainty, if an effect patches it.
-    pub sigma_factor: Option<usize>,
-    /// First of its columns in [`crate::campaign::Samples::readings`].
-    pub column: usize,
-    /// Number of its columns: 4 for a rotation, else 1.
-    pub width: usize,
-    /// First of its residual components.
-    pub residual: usize,
-    /// Number of residual components: 3 for a rotation, else 1.
-    pub components: usize,
-}
-
-impl Slot {
-    /// Its reading columns.
-    pub fn columns(&self) -> Range<usize> {
-        self.column..self.column + self.width
-    }
 }
 
 impl Part {
@@ -232,11 +212,6 @@ impl Part {
         0..self.slots.last().map_or(0, |slot| slot.columns().end)
     }
 
-    /// All readings of a column, run after run.
-    pub fn readings_of(&self, column: usize) -> Vec<Vec<f64>> {
-        self.runs.iter().map(|run| run.record.column(column)).collect()
-    }
-
     /// First reading column of each measurand.
     pub fn columns(&self) -> &[usize] {
         &self.columns
@@ -285,141 +260,9 @@ impl Part {
         self.readers[measurand].evaluate(leaves, workspace)
     }
 
-    /// Whether a measurand of a sample was read.
-    pub fn is_present(&self, sample: Sample<'_>, slot: &Slot) -> bool {
-        !sample.reading(slot.column).is_nan()
-    }
-
-    /// Number of readings of each measurand.
-    pub fn present(&self) -> Vec<usize> {
-        let runs = (0..self.runs.len()).map(|run| self.present_in(run));
-        runs.fold(vec![0; self.slots.len()], |sum, run| {
-            sum.iter().zip(run).map(|(sum, own)| sum + own).collect()
-        })
-    }
-
-    /// Number of residual components of each measurand that there are readings of: of a rotation
-    /// three times that of its readings.
-    pub fn components_present(&self) -> Vec<usize> {
-        let all = self.slots.iter().zip(self.present());
-        all.map(|(slot, readings)| slot.components * readings).collect()
-    }
-
-    /// Whether a run has readings.
-    pub fn has_readings(&self, run: usize) -> bool {
-        self.present_in(run).iter().any(|count| *count > 0)
-    }
-
-    /// Number of readings of each measurand in a run.
-    pub fn present_in(&self, run: usize) -> Vec<usize> {
-        let mut counts = vec![0; self.slots.len()];
-        self.runs[run].record.walk(|stretch| {
-            for (slot, count) in self.slots.iter().zip(&mut counts) {
-                let readings = &stretch.samples.readings[slot.column][stretch.range()];
-                *count += readings.iter().filter(|reading| !reading.is_nan()).count();
-            }
-        });
-        counts
-    }
-
     /// `reading - prediction` of one measurand: wrapped for an angle, a rotation vector for a
     /// rotation (from predicted to read, in the predicted frame).
     pub fn residual<N: Number>(&self, sample: Sample<'_>, slot: &Slot, outputs: &[N]) -> [N; 3] {
-        let reading = |k: usize| sample.reading(slot.column + k);
-        let zero = N::constant(0.0);
-        match slot.kind {
-            MeasurandKind::Plain => [-outputs[slot.output] + reading(0), zero, zero],
-            MeasurandKind::Angle { period } => {
-                let difference = -outputs[slot.output] + reading(0);
-                [wrapped(difference, period), zero, zero]
-            }
-            MeasurandKind::Rotation => {
-                let o = &outputs[slot.output..slot.output + 4];
-                let predicted = Quaternion { w: o[0], v: [o[1], o[2], o[3]] };
-                let read = Quaternion { w: reading(0), v: [reading(1), reading(2), reading(3)] };
-                let read = Quaternion { w: N::constant(read.w), v: read.v.map(N::constant) };
-                (predicted.conjugate() * read).to_rotation_vector()
-            }
-        }
-    }
-}
-
-/// The number brought into (-period/2, period/2] by whole periods; unchanged for period 0.
-pub fn wrapped<N: Number>(difference: N, period: f64) -> N {
-    if period > 0.0 {
-        difference - period * (difference.value() / period).round()
-    } else {
-        difference
-    }
-}
-
-/// One sample as the graph's leaves.
-#[derive(Clone, Copy, Debug)]
-pub struct SampleLeaves<'a, N> {
-    /// Four numbers a parameter, in the order of the model's parameters.
-    pub parameters: &'a [[N; 4]],
-    /// One a random quantity.
-    pub randoms: &'a [N],
-    /// First reading column of each measurand.
-    pub columns: &'a [usize],
-    /// The sample.
-    pub sample: Sample<'a>,
-}
-
-impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
-    fn leaf(&self, leaf: Leaf) -> N {
-        let Sample { samples, at: i, number } = self.sample;
-        match leaf {
-            Leaf::Parameter { parameter, component } => {
-                self.parameters[parameter as usize][component as usize]
-            }
-            Leaf::Random(random) => self.randoms[random as usize],
-            // Only the lanes supply such values.
-            Leaf::Given(_) => N::constant(f64::NAN),
-            Leaf::Input(input) => {
-                samples.inputs[input as usize].at(i, samples.time[i], N::constant(0.0), 0)
-            }
-            Leaf::Clock(clock) => N::constant(match clock {
-                Clock::Time => samples.elapsed_time[i],
-                Clock::RunTime => samples.run_time[i],
-                Clock::SetupTime => samples.setup_time[i],
-                Clock::Index => number as f64,
-                Clock::UniformTime => samples.uniform_time[i],
-                Clock::JumpTime => samples.jump_time.get(i).copied().unwrap_or(0.0),
-                Clock::FirstJumpTime => samples.jump_ends[0],
-                Clock::LastJumpTime => samples.jump_ends[1],
-            }),
-            Leaf::Reading { measurand, component } => {
-                let column = self.columns[measurand as usize] + component as usize;
-                N::constant(samples.readings[column][i])
-            }
-        }
-    }
-
-    fn signal(&self, input: u32, order: u8, offset: N) -> N {
-        let Sample { samples, at, .. } = self.sample;
-        samples.inputs[input as usize].at(at, samples.time[at], offset, order)
-    }
-}
-
-/// The parameters of a run, where nothing else is asked for: what stands still.
-#[derive(Clone, Copy, Debug)]
-pub struct ParameterLeaves<'a>(
-    /// Four numbers a parameter.
-    pub &'a [[f64; 4]],
-);
-
-impl Leaves<f64> for ParameterLeaves<'_> {
-    fn leaf(&self, leaf: Leaf) -> f64 {
-        match leaf {
-            Leaf::Parameter { parameter, component } => {
-                self.0[parameter as usize][component as usize]
-            }
-            _ => f64::NAN,
-        }
-    }
-
-    fn signal(&self, _: u32, _: u8, _: f64) -> f64 {
-        f64::NAN
+        slot.residual(sample, outputs)
     }
 }
