@@ -4,6 +4,7 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use super::arguments::{CampaignArguments, Format};
+use super::load::{notices, refusals};
 use super::{Failure, doubts, load, output};
 use crate::diagnose::evidence::members::choose;
 use crate::engine::undefined::Farthest;
@@ -64,8 +65,8 @@ impl CalibrateCommand {
         let mut loaded = load::load(&self.common)?;
         let suspicion = loaded.suspicion();
         loaded.keep_files(self.common.out.as_ref(), [PARAMETERS, RESIDUALS, COVARIANCE])?;
-        load::refuse_correlated(&loaded.problem)?;
-        load::tell_not_put_in(&loaded, false);
+        refusals::refuse_correlated(&loaded.problem)?;
+        notices::tell_not_put_in(&loaded, false);
         let (problem, chosen) =
             choose(loaded.problem, &loaded.recipes, &self.common.with, &Options::default())?;
         let result = estimate_with(problem, &self.common.with)?;
@@ -113,7 +114,7 @@ impl CalibrateCommand {
             }
             output::written(&folder.join(RESIDUALS), &loaded.files, |file| {
                 report::table::residuals(&result, file)?;
-                load::read_back(&result.problem)
+                refusals::read_back(&result.problem)
             })?;
         }
         verdict(&result)
@@ -127,11 +128,11 @@ pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
 
 /// The same, with members of these effects held where the model absorbs them.
 pub(super) fn estimate_with(problem: Problem, effects: &[String]) -> Result<Calibration, Failure> {
-    load::refuse_empty(&problem)?;
+    refusals::refuse_empty(&problem)?;
     let result = calibrate_holding(problem, effects, &Options::default())
         .map_err(|error| Failure::Could(error.to_string()))?;
-    load::trust(&result.problem)?;
-    load::refuse_impossible_sigma(&result.problem, &result.fit.point)?;
+    refusals::trust(&result.problem)?;
+    refusals::refuse_impossible_sigma(&result.problem, &result.fit.point)?;
     if result.fit.outcome != Outcome::NotFinite {
         return Ok(result);
     }

@@ -5,6 +5,7 @@ use clap::Args;
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::unsound;
 use super::joint::Joint;
+use super::load::{notices, refusals};
 use super::{Failure, doubts, load, output};
 use crate::estimate::compare::compare;
 use crate::estimate::transformation::delays_of;
@@ -19,11 +20,11 @@ pub(super) struct CompareCommand {
 impl CompareCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let mut loaded = load::load(&self.common)?;
-        if let Some(told) = load::nothing_moves(&loaded, self.common.format) {
+        if let Some(told) = notices::nothing_moves(&loaded, self.common.format) {
             return told;
         }
-        load::refuse_correlated(&loaded.problem)?;
-        load::tell_not_put_in(&loaded, false);
+        refusals::refuse_correlated(&loaded.problem)?;
+        notices::tell_not_put_in(&loaded, false);
         let joint = Joint::of(&mut loaded, &self.common.with)?;
         let calibration = &joint.fit;
         if !calibration.is_sound() {
@@ -34,7 +35,7 @@ impl CompareCommand {
         let mut text = String::new();
         for part in 0..calibration.problem.parts.len() {
             let (from, delays) = delays_of(&loaded.problem, calibration, part);
-            load::trust(&loaded.problem)?;
+            refusals::trust(&loaded.problem)?;
             let rows = compare(calibration, part, &delays.measurands);
             text.push_str(&report::text::comparison(&loaded.titles[part], &from, &rows));
             load::put(

@@ -10,7 +10,7 @@ use serde_json::json;
 use super::arguments::{CampaignArguments, Format, TransformationChoice};
 use super::calibrate::unsound;
 use super::joint::Joint;
-use super::load::Loaded;
+use super::load::{Loaded, notices, refusals};
 use super::{Failure, doubts, load, output};
 use crate::estimate::bias::bias;
 use crate::estimate::blind::ArmAngle;
@@ -39,13 +39,13 @@ pub(super) struct DelaysCommand {
 impl DelaysCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let mut loaded = load::load(&self.common)?;
-        if let Some(told) = load::nothing_moves(&loaded, self.common.format) {
+        if let Some(told) = notices::nothing_moves(&loaded, self.common.format) {
             return told;
         }
         let tables = loaded.tables("delays").chain(loaded.tables("replies"));
         loaded.keep_files(self.common.out.as_ref(), tables)?;
-        load::refuse_correlated(&loaded.problem)?;
-        load::tell_not_put_in(&loaded, false);
+        refusals::refuse_correlated(&loaded.problem)?;
+        notices::tell_not_put_in(&loaded, false);
         let mut whole = loaded.head.clone();
         let mut text = String::new();
         let joint = Joint::of(&mut loaded, &self.common.with)?;
@@ -74,7 +74,7 @@ impl DelaysCommand {
                             table::delay(data, &widening.see(reading), &mut arm, file)
                         };
                         let found = given.each_delay(part, &runs, row)?;
-                        load::read_back(&given.problem)?;
+                        refusals::read_back(&given.problem)?;
                         Ok(found)
                     })?
                 }
@@ -86,7 +86,7 @@ impl DelaysCommand {
                     output::file(&folder.join(name), &replies, &loaded.files)?;
                 }
             }
-            load::trust(&given.problem)?;
+            refusals::trust(&given.problem)?;
             widening.widen(&mut found);
             text.push_str(&report::text::delays(&loaded.titles[part], &given.from, &found));
             text.push_str(&report::timing::text(campaign, &loaded.models[part]));

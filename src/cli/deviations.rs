@@ -6,6 +6,7 @@ use serde_json::json;
 use super::arguments::{CampaignArguments, Format, TransformationChoice};
 use super::delays::given_transformation;
 use super::joint::Joint;
+use super::load::{notices, refusals};
 use super::{Failure, load, output};
 use crate::estimate::deviations::deviations;
 use crate::estimate::intersection::intersection;
@@ -23,11 +24,11 @@ pub(super) struct DeviationsCommand {
 impl DeviationsCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let mut loaded = load::load(&self.common)?;
-        if let Some(told) = load::nothing_moves(&loaded, self.common.format) {
+        if let Some(told) = notices::nothing_moves(&loaded, self.common.format) {
             return told;
         }
         loaded.keep_files(self.common.out.as_ref(), loaded.tables("deviations"))?;
-        load::refuse_correlated(&loaded.problem)?;
+        refusals::refuse_correlated(&loaded.problem)?;
         let mut whole = loaded.head.clone();
         let mut told = String::new();
         let joint = Joint::of(&mut loaded, &self.common.with)?;
@@ -40,7 +41,7 @@ impl DeviationsCommand {
                     Shown { head, found, gap }
                 })
                 .collect();
-            load::trust(&given.problem)?;
+            refusals::trust(&given.problem)?;
             let specification = &loaded.campaigns[part].specification;
             let shown = Whole { problem: &given.problem, part, specification, runs: &runs };
             told.push_str(&text(&loaded.titles[part], given.from, shown));

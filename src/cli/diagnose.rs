@@ -17,6 +17,7 @@ use crate::report;
 use crate::report::diagnosis_text::Asked;
 
 use super::arguments::{CampaignArguments, Format};
+use super::load::{notices, refusals};
 use super::shell::{in_shell, typed};
 use super::wanted::WantedArguments;
 use super::{Failure, doubts, load, output, prior, render};
@@ -181,9 +182,9 @@ const LEFT_OUT: &str = "left_out.csv";
 impl Diagnose {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let mut loaded = load::load(&self.common)?;
-        load::refuse_correlated(&loaded.problem)?;
-        load::tell_not_put_in(&loaded, true);
-        load::refuse_empty(&loaded.problem)?;
+        refusals::refuse_correlated(&loaded.problem)?;
+        notices::tell_not_put_in(&loaded, true);
+        refusals::refuse_empty(&loaded.problem)?;
         let mut wanted = self.library.wanted(&loaded.recipes)?;
         wanted.prior = prior::read(&self.prior, &loaded.recipes, &wanted)?;
         let held_out = self.holdout.as_ref().map(|path| self.opened(path)).transpose()?;
@@ -287,8 +288,8 @@ impl Diagnose {
     /// Another campaign, read as the first ones were.
     fn opened(&self, path: &PathBuf) -> Result<Opened, Failure> {
         let opened = load::read(&self.common, std::slice::from_ref(path))?;
-        load::refuse_correlated(&opened.problem)?;
-        load::refuse_empty(&opened.problem)?;
+        refusals::refuse_correlated(&opened.problem)?;
+        refusals::refuse_empty(&opened.problem)?;
         Ok(opened)
     }
 }

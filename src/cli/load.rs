@@ -1,29 +1,33 @@
 //! What a command works on: campaigns read, warnings told, names for the result.
 
-use std::io;
+pub(super) mod notices;
+pub(super) mod refusals;
+mod started;
+
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::arguments::{CampaignArguments, Format};
+use super::arguments::CampaignArguments;
 use super::leave_out::leave_out;
-use super::{Failure, clean, output, progress, render};
+use super::{Failure, clean, progress, render};
 use crate::campaign::declared::RunEntry;
 use crate::campaign::load::Campaign;
 use crate::convention::Convention;
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::Diagnostic;
 use crate::document::files::Files;
-use crate::engine::open::{Opened, Recipe, Request, correlated, open};
+use crate::engine::open::{Opened, Recipe, Request, open};
 use crate::engine::{Point, Problem};
 use crate::estimate::checks;
 use crate::estimate::conventions::{Mistaken, mistaken};
-use crate::estimate::minima::{Found, MOST, improved};
+use crate::estimate::minima::improved;
 use crate::estimate::start::start;
 use crate::graph::Kind;
 use crate::library::{self, effect_files};
 use crate::model::Model;
 use crate::report;
-use crate::units::decimal;
+use refusals::refuse_impossible_sigma;
+use started::started;
 
 /// Campaigns, ready.
 pub(super) struct Loaded {
@@ -184,108 +188,6 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     })
 }
 
-/// Refuses a standard uncertainty stated as a formula that is no positive number for some reading.
-pub(super) fn refuse_impossible_sigma(problem: &Problem, at: &Point) -> Result<(), Failure> {
-    let Some((p, run, sample, m, sigma)) = problem.impossible_sigma(at) else {
-        return Ok(());
-    };
-    let part = &problem.parts[p];
-    let (run, one) = (&part.runs[run], &part.system.assembly.names.measurands[m]);
-    let found = report::figure::size(sigma, &one.unit);
-    let message = format!(
-        "the standard uncertainty of `{}` is {found} in run `{}`, row {}: expected a number above zero",
-        one.name,
-        run.name,
-        run.record.row(sample)
-    );
-    let formula = one.sigma.as_ref();
-    let place = formula.map(|formula| {
-        formula.source.place(Span::new(formula.offset, formula.offset + formula.text.len()))
-    });
-    let error = Diagnostic::error(message).at_maybe(place.as_ref());
-    Err(error.help("see its formula and, where it names a column, that cell; leave the reading empty if it is not to count").into())
-}
-
-/// Says that another start than the stated one was taken, of a problem with attitudes to look for or
-/// without.
-fn started(found: &Found, has_attitudes: bool) -> Diagnostic {
-    let [own, best] = found.variance_factors.map(|factor| decimal(factor, 1));
-    let [from, to] = found.offsets;
-    let tried = match to - from {
-        // One offset, in several attitudes.
-        0.0 if has_attitudes => {
-            format!("tried was one offset, {} s, in {} attitudes", decimal(from, 1), found.tried)
-        }
-        0.0 => format!("tried was one offset, {} s", decimal(from, 1)),
-        width => {
-            let attitudes = if has_attitudes { " and several attitudes" } else { "" };
-            let [from, to] = [from, to].map(|at| decimal(at, if width < 1.0 { 3 } else { 1 }));
-            format!("tried were offsets from {from} to {to} s{attitudes}")
-        }
-    };
-    let offset = decimal(found.offset, 3);
-    let of = found.delay.as_ref().map(|delay| format!(" (`{delay}`)")).unwrap_or_default();
-    let known = found.variance_factors[0].is_finite();
-    let message = if let Some(most) = found.most {
-        let [own, best] = most.map(|residual| decimal(residual, 1));
-        format!(
-            "the stated start fits badly; of {} others the one with clocks {offset} s apart{of} fits {} % of the samples far better (normalized residuals up to {best}, {own} from the stated start): the fit starts there",
-            found.tried,
-            decimal(100.0 * MOST, 0)
-        )
-    } else if known {
-        format!(
-            "the stated start fits badly (variance factor {own}); of {} others the one with clocks {offset} s apart{of} fits far better ({best}): the fit starts there",
-            found.tried
-        )
-    } else {
-        format!(
-            "of {} starts within `delay_range` the one with clocks {offset} s apart{of} fits best (variance factor {best}): the fit starts there",
-            found.tried
-        )
-    };
-    let rotations = if has_attitudes { " and rotations" } else { "" };
-    let mut warning = Diagnostic::warning(message).help(format!(
-        "{tried}; state a `start` of delays{rotations}, or `delay_range`, to look elsewhere"
-    ));
-    if found.attitudes_left_out > 0 {
-        warning = warning.help(format!(
-            "{} combinations of attitudes were not tried, there are too many: state a `start` of those that are known",
-            found.attitudes_left_out
-        ));
-    }
-    if found.left_out > 0 {
-        warning = warning.help(format!(
-            "{} left out, for which no stream is there at this offset",
-            match found.left_out {
-                1 => "1 sample is".to_owned(),
-                several => format!("{several} samples are"),
-            }
-        ));
-    }
-    warning
-}
-
-/// Warns of values that are stated of effects which are not in the model. Where the library is
-/// tried, constants and members of families say what to look for: of other values those that are
-/// found count.
-pub(super) fn tell_not_put_in(loaded: &Loaded, tries: bool) {
-    let Some(recipe) = loaded.recipes.first().filter(|_| !loaded.quiet) else { return };
-    let told = loaded.stated.iter().filter_map(|name| {
-        let (owner, value) = name.split_once('.')?;
-        let effect = recipe.library.effects().find(|effect| effect.name == owner)?;
-        let value = value.rsplit('.').next()?;
-        let is_free = effect.parameters.iter().any(|one| one.name == value && !one.setting.fixed);
-        if recipe.effects.iter().any(|one| one.effect.name == owner) || (tries && !is_free) {
-            return None;
-        }
-        let message = format!("`{name}` is stated, but that effect is not put in");
-        let help = format!("put it into the model: --with {owner}");
-        Some(Diagnostic::warning(message).help(help))
-    });
-    render::all(&told.collect::<Vec<_>>());
-}
-
 impl Loaded {
     /// What is needed to ask which conventions were mistaken, apart from the rest.
     pub(super) fn suspicion(&mut self) -> Suspicion {
@@ -311,71 +213,12 @@ impl Suspicion {
     }
 }
 
-/// Whether all samples could be read back from where they were kept: results are good for nothing
-/// otherwise.
-pub(super) fn read_back(problem: &Problem) -> io::Result<()> {
-    let mut runs = problem.parts.iter().flat_map(|part| &part.runs);
-    let lost = runs.find_map(|run| Some((&run.name, run.record.fault()?)));
-    lost.map_or(Ok(()), |(name, why)| {
-        let message = format!("run `{name}` cannot be read back from its temporary file: {why}");
-        Err(io::Error::other(message))
-    })
-}
-
-/// The same, as the end of a command.
-pub(super) fn trust(problem: &Problem) -> Result<(), Failure> {
-    read_back(problem).map_err(|error| Failure::Could(error.to_string()))
-}
-
-/// Says that nothing moves, for a command that asks for delays; `None` where something does.
-pub(super) fn nothing_moves(loaded: &Loaded, format: Format) -> Option<Result<(), Failure>> {
-    if loaded.problem.moves() {
-        return None;
-    }
-    Some(match format {
-        Format::Json => {
-            let mut whole = loaded.head.clone();
-            merge(&mut whole, json!({ "nothing_moves": true }));
-            output::json(&whole)
-        }
-        Format::Text => output::text(&format!(
-            "{}\n\n{} `homepoint calibrate` estimates everything else.\n",
-            loaded.title,
-            report::text::NOTHING_MOVES
-        )),
-    })
-}
-
-/// Refuses what estimators cannot take account of.
-pub(super) fn refuse_correlated(problem: &Problem) -> Result<(), Failure> {
-    let names = correlated(problem);
-    if names.is_empty() {
-        return Ok(());
-    }
-    let names = names.join("`, `");
-    Err(Diagnostic::error(format!(
-        "`{names}` is correlated from reading to reading, which this estimate does not take account of"
-    ))
-    .help("leave the effect out; `simulate` can put it in")
-    .into())
-}
-
 /// The file name of a campaign's table.
 pub(super) fn table_name(what: &str, labels: &[String], part: usize) -> String {
     match labels.len() {
         1 => format!("{what}.csv"),
         _ => format!("{what}_{}.csv", labels[part].replace(['/', '\\'], "_")),
     }
-}
-
-/// Refuses campaigns without readings.
-pub(super) fn refuse_empty(problem: &Problem) -> Result<(), Failure> {
-    if problem.reading_count() > 0 {
-        return Ok(());
-    }
-    Err(Diagnostic::error("there are no readings to estimate from: all runs are planned or empty")
-        .help("`homepoint simulate` draws readings from a plan")
-        .into())
 }
 
 /// Adds the keys of one object to another.

@@ -4,6 +4,7 @@ use clap::Args;
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate_measured, verdict};
+use super::load::{notices, refusals};
 use super::wanted::WantedArguments;
 use super::{Failure, load, output, render};
 use crate::diagnose::power::power;
@@ -31,8 +32,8 @@ impl PowerCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         loaded.keep_files(self.common.out.as_ref(), [EFFECTS])?;
-        load::refuse_correlated(&loaded.problem)?;
-        load::tell_not_put_in(&loaded, true);
+        refusals::refuse_correlated(&loaded.problem)?;
+        notices::tell_not_put_in(&loaded, true);
         let wanted = self.library.wanted(&loaded.recipes)?;
         let point = self.point(&loaded.problem)?;
         let found = power(loaded.problem, loaded.recipes, point, &wanted)

@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate_measured, unsound};
+use super::load::{notices, refusals};
 use super::{Failure, load, output, render};
 use crate::campaign::write::{check_targets, write_campaign_with};
 use crate::campaign::write_run::RunTable;
@@ -49,7 +50,7 @@ impl Simulate {
         let truth_file = folder.join("truth.json");
         check_targets(folder, &loaded.campaigns[0], &loaded.problem.parts[0].runs)?;
         loaded.files.refuse_replacing(&truth_file)?;
-        load::tell_not_put_in(&loaded, false);
+        notices::tell_not_put_in(&loaded, false);
         let mut problem = loaded.problem;
         let point = truth(&mut problem, &loaded.stated, &loaded.about, self.common.format)?;
         if let Some((measurand, factor)) = problem.negative_noise(&point) {
@@ -68,7 +69,7 @@ impl Simulate {
             draw_run(&problem, (0, run), &point, self.seed, planned, &mut |stretch, drawn| {
                 table.write(stretch, Some(drawn))
             })?;
-            load::read_back(&problem)
+            refusals::read_back(&problem)
         };
         let written = write_campaign_with(folder, campaign, model, &problem.parts[0].runs, draw)
             .map_err(|error| {

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use super::arguments::{CampaignArguments, Format};
+use super::load::refusals;
 use super::{Failure, load, output, progress, render};
 use crate::diagnostic::Diagnostic;
 use crate::engine::open::Opened;
@@ -141,7 +142,7 @@ impl Trials {
     fn design(&self) -> Result<(Design, About), Failure> {
         let loaded = load::load(&self.common)?;
         loaded.keep_files(self.common.out.as_ref(), [LEDGER])?;
-        load::refuse_correlated(&loaded.problem)?;
+        refusals::refuse_correlated(&loaded.problem)?;
         let opened = Opened {
             problem: loaded.problem,
             campaigns: loaded.campaigns,
