@@ -12,7 +12,7 @@ const RIDGE: f64 = 1e-10;
 
 /// `L⁻¹` with `L Lᵀ = matrix`; only the lower triangle is read. `None` where the matrix is not positive
 /// definite.
-fn inverse_factor(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+pub(crate) fn inverse_factor(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     of(matrix.as_view())
 }
 

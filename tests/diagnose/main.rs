@@ -34,6 +34,7 @@ mod each_effect;
 mod found;
 mod jumps_of_clocks;
 mod levels;
+mod lone_outliers;
 mod losses_under_load;
 mod members;
 mod mistaken_for_noise;

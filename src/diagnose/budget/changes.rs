@@ -19,6 +19,7 @@ use crate::diagnose::library::place::Extent;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::ENTER;
 
+mod carried;
 mod models;
 mod moments;
 mod onsets;
@@ -83,9 +84,15 @@ impl Linear {
             self.best_moments(selection, &models, &[one.base], &around)
         };
         let found: Vec<_> = strong.par_iter().map(fine).collect();
-        let found = found.into_iter().flatten();
-        let mut found: Vec<Change> =
-            found.map(|(_, one)| Change { members: one.members.max(samples), ..one }).collect();
+        let paid = |(is_in_place, one): (bool, Change)| {
+            (is_in_place, Change { members: one.members.max(samples), ..one })
+        };
+        let (in_place, beside): (Vec<_>, Vec<_>) =
+            found.into_iter().flatten().map(paid).partition(|(is_in_place, _)| *is_in_place);
+        let [in_place, mut found] =
+            [in_place, beside].map(|all| all.into_iter().map(|(_, one)| one).collect::<Vec<_>>());
+        self.retain_not_carried(selection, model, &mut found);
+        found.extend(in_place);
         let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);
         let known = || model.iter().filter_map(|term| selection.terms[*term].change.as_ref());
         found.retain(|one| ln_bayes(one) >= ENTER && !known().any(|known| one.is_near(known)));

@@ -19,7 +19,7 @@ use super::in_fit::Row;
 use super::judge::Objection;
 use super::linear::Linear;
 use super::no_covariates::NoCovariates;
-use super::noise::Outlier;
+use super::noise::{Outlier, ReadingAt};
 use super::search::Log;
 use super::selection::Selection;
 use super::terms::Change;
@@ -89,6 +89,8 @@ struct Search<'a> {
     /// What is left out, and the runs of each campaign with all readings.
     outliers: Vec<Outlier>,
     records: Records,
+    /// Rows in the fit with the places of what was left out beside them.
+    seen_outliers: Vec<(Vec<String>, Vec<ReadingAt>)>,
     noise: Vec<NoiseEffect>,
     /// Effects that show in no reading beside the nominal model; `None` before it is linearised.
     unseen: Option<Unseen>,
@@ -195,6 +197,7 @@ impl<'a> Search<'a> {
             spikes,
             has_judged_spikes: false,
             outliers: Vec::new(),
+            seen_outliers: Vec::new(),
             noise: Vec::new(),
             unseen: None,
             scanned: Families::default(),

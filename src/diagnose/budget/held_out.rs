@@ -5,12 +5,11 @@
 //! Columns that only the held-out readings determine (a start of that run) are fitted there, with
 //! and without the term. Stated values count as readings.
 
-use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::gap::Drop;
 use crate::estimate::eigen;
-use crate::estimate::inverse_factor::Factor;
+use crate::estimate::inverse_factor::{Factor, inverse_factor};
 
 use super::pieces::{FOLDS, Pieces};
 use super::selection::Selection;
@@ -109,11 +108,10 @@ impl Folded {
             sums[(columns[i], columns[j])] / (root[i] * root[j]) + ridge
         });
         let score = DVector::from_fn(columns.len(), |i, _| sums[(columns[i], n)] / root[i]);
-        let Some(factor) = Cholesky::new(own) else { return f64::NAN };
-        let half = factor.l_dirty().solve_lower_triangular(&score);
-        let taken = half.map_or(0.0, |half| half.norm_squared());
-        let determinant: f64 = factor.l_dirty().diagonal().iter().map(|root| root.ln()).sum();
-        sums[(n, n)] - taken + 2.0 * determinant
+        let Some(inverse) = inverse_factor(&own) else { return f64::NAN };
+        let taken = (&inverse * score).norm_squared();
+        let determinant: f64 = inverse.diagonal().iter().map(|root| root.ln()).sum();
+        sums[(n, n)] - taken - 2.0 * determinant
     }
 
     /// For the first term, the first two, and so on the drop that they bring in each piece of the

@@ -16,11 +16,14 @@ use super::rows::Values;
 use super::selection::Selection;
 use crate::diagnose::thresholds::{LONE_OUTLIER, NOISE, OUTLIERS};
 
+/// The place of a reading: its run (of all), sample, and measurand (of all campaigns).
+pub type ReadingAt = (usize, usize, usize);
+
 /// A reading that is far out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outlier {
-    /// Its run (of all), sample, and measurand (of all campaigns).
-    pub at: (usize, usize, usize),
+    /// Where.
+    pub at: ReadingAt,
     /// How many robust standard deviations.
     pub deviations: f64,
 }
@@ -35,6 +38,10 @@ pub struct Jitter {
     /// Standard score against none.
     pub score: f64,
 }
+
+/// How many of its standard uncertainties, by the scatter of the products, the variance of jitter is at
+/// least: six samples far out make 2.4.
+const OF_MANY: f64 = 2.5;
 
 /// The noise of a model's residuals.
 #[derive(Clone, Debug, Default)]
@@ -92,7 +99,7 @@ pub fn noise(
         }
     });
     let mut found = NoiseFound { outliers: outliers(&components), ..NoiseFound::default() };
-    let is_among = |outliers: &[Outlier], at: (usize, usize, usize)| {
+    let is_among = |outliers: &[Outlier], at: ReadingAt| {
         outliers.binary_search_by_key(&at, |one| one.at).is_ok()
     };
     for ((_, measurand, _), runs) in &mut components {
@@ -155,6 +162,31 @@ fn outliers(components: &Components) -> Vec<Outlier> {
     found
 }
 
+/// Readings far from zero and from both of their neighbours: one by one they are wrong whatever the noise
+/// has in common from one reading to the next.
+pub(super) fn lone_outliers(components: &Components) -> Vec<Outlier> {
+    let mut found = Vec::new();
+    for ((_, measurand, _), runs) in components {
+        let beside = |own: &[(usize, f64, f64)]| own[1].2 - 0.5 * (own[0].2 + own[2].2);
+        let all = runs.values().flatten().map(|one| &one.2);
+        let steps: Vec<f64> = runs.values().flat_map(|own| own.windows(3).map(beside)).collect();
+        let (Some(scatter), Some(scatter_beside)) = (robust(all), robust(&steps)) else { continue };
+        for (run, own) in runs {
+            let far = own.windows(3).filter_map(|three| {
+                let (sample, _, value) = three[1];
+                let deviations =
+                    (value / scatter).abs().min((beside(three) / scatter_beside).abs());
+                let at = (*run, sample, *measurand);
+                (deviations > LONE_OUTLIER).then_some(Outlier { at, deviations })
+            });
+            found.extend(far);
+        }
+    }
+    found.sort_by(|a, b| a.at.cmp(&b.at).then(b.deviations.total_cmp(&a.deviations)));
+    found.dedup_by_key(|one| one.at);
+    found
+}
+
 /// Keeps of few outliers those that are none of a normal distribution by themselves.
 pub fn few_are_far(outliers: &mut Vec<Outlier>) {
     if outliers.len() < OUTLIERS {
@@ -163,7 +195,8 @@ pub fn few_are_far(outliers: &mut Vec<Outlier>) {
 }
 
 /// The variance of reference times from products of residuals of different readings of one sample,
-/// which noise scale factors cannot make. Its uncertainty is that of the products as they scatter.
+/// which noise scale factors cannot make. Its uncertainty is that of the products as they scatter: by
+/// this, too, it is no jitter where a few samples make nearly all of it.
 fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]> + Clone) -> Option<Jitter> {
     let each = samples.map(|[u, uu, v, vv]| [0.5 * (u * u - uu), 0.5 * (v * v - vv)]);
     let (products, weights) =
@@ -172,7 +205,11 @@ fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]> + Clone) -> Option<Jit
     let variance = products / weights;
     let scatter: f64 = each.map(|[one, weight]| (one - variance * weight).powi(2)).sum();
     let sigma = scatter.sqrt() / weights;
-    (weights > 0.0 && score > NOISE).then_some(Jitter { variance, sigma, score })
+    (weights > 0.0 && score > NOISE && variance > OF_MANY * sigma).then_some(Jitter {
+        variance,
+        sigma,
+        score,
+    })
 }
 
 /// The Gauss-Markov part of a component's residuals, where they are correlated.

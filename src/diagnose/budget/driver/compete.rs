@@ -2,6 +2,7 @@
 
 use crate::diagnose::budget::judge::Judged;
 use crate::diagnose::budget::linear::Linear;
+use crate::diagnose::budget::noise::{components, lone_outliers};
 use crate::diagnose::budget::noise_or_blocks::{Instead, instead_of_blocks};
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::terms::Change;
@@ -103,6 +104,15 @@ impl Search<'_> {
         selection.adopt_scale(&scale);
         let instead = instead.or_else(|| instead_of_blocks(linear, &selection, &model));
         let Some(noise) = instead else { return Ok(Some((model, scale))) };
+        if matches!(noise, Instead::Autocorrelated(_)) {
+            // What is wrong in one reading would be in the predictions of those behind it.
+            model.retain(|term| linear.terms[*term].is_effect());
+            let mut lone = lone_outliers(&components(linear, &selection, &model, &mut |_, _| {}));
+            lone.extend(self.outliers.iter().copied());
+            if self.take_outliers(linear, lone)? {
+                return Ok(None);
+            }
+        }
         drop(selection);
         self.log.push("noise explains more than blocks".to_owned());
         let fitted = linear.fitted.clone();

@@ -27,22 +27,14 @@ impl Search<'_> {
         without_shared(&mut found.outliers, all, &selection, &judged.model);
         few_are_far(&mut found.outliers);
         drop(selection);
-        let mut fitted = linear.fitted.clone();
         if self.take_jitter(competed, found.jitter)? {
             return Ok(true);
         }
         let mut outliers = found.outliers;
         if whole.is_none() {
             outliers.extend(self.outliers.iter().copied());
-            outliers.sort_by_key(|one| one.at);
         }
-        let places = |all: &[Outlier]| all.iter().map(|one| one.at).collect::<Vec<_>>();
-        if places(&outliers) != places(&self.outliers) {
-            self.log.push(format!("{} outliers are left out", outliers.len()));
-            self.records.put_into(&mut fitted.problem);
-            self.left_out = leave_out(&mut fitted.problem, linear, &outliers);
-            self.outliers = outliers;
-            self.fitted = fitted.again(self.options)?;
+        if self.take_outliers(linear, outliers)? {
             return Ok(true);
         }
         if found.autocorrelation.is_empty() {
@@ -54,8 +46,32 @@ impl Search<'_> {
         if judged.model.iter().any(is_new) && self.take_rows(competed)? {
             return Ok(true);
         }
-        let fitted = self.without_rows(&failed(competed), linear, fitted)?;
+        let fitted = self.without_rows(&failed(competed), linear, linear.fitted.clone())?;
         self.take_autocorrelation(fitted, &found.autocorrelation)?;
+        Ok(true)
+    }
+
+    /// Goes on without these readings alone, where that is another set than before and was not tried beside
+    /// the same rows; whether it is.
+    pub(super) fn take_outliers(
+        &mut self,
+        linear: &Linear,
+        mut outliers: Vec<Outlier>,
+    ) -> Result<bool, FitError> {
+        outliers.sort_by_key(|one| one.at);
+        let places = |all: &[Outlier]| all.iter().map(|one| one.at).collect::<Vec<_>>();
+        let rows: Vec<String> = self.rows.iter().map(|row| row.name.clone()).collect();
+        // Models beside the same rows may take each other's outliers back without end.
+        self.seen_outliers.push((rows.clone(), places(&self.outliers)));
+        if self.seen_outliers.contains(&(rows, places(&outliers))) {
+            return Ok(false);
+        }
+        self.log.push(format!("{} outliers are left out", outliers.len()));
+        let mut fitted = linear.fitted.clone();
+        self.records.put_into(&mut fitted.problem);
+        self.left_out = leave_out(&mut fitted.problem, linear, &outliers);
+        self.outliers = outliers;
+        self.fitted = fitted.again(self.options)?;
         Ok(true)
     }
 
