@@ -38,6 +38,7 @@ mod no_slope;
 mod noise_model;
 mod nothing_moves;
 mod observability;
+mod other_angles;
 mod other_turns;
 mod other_values;
 mod overstated;

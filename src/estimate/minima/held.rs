@@ -24,6 +24,10 @@ impl<'p> Held<'p> {
         let columns = instances.iter().flat_map(own).collect();
         Self { problem, columns }
     }
+
+    pub(super) fn columns(problem: &'p mut Problem, columns: Vec<usize>) -> Self {
+        Self { problem, columns }
+    }
 }
 
 impl LeastSquares for Held<'_> {

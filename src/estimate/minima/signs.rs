@@ -1,6 +1,7 @@
 //! Scalars that are stated to start with one sign and end with the other: of two minima that fit
 //! alike, a scale of 1 with a frame or of -1 with the frame turned by half a turn, a start says which
-//! one is meant. It tries other attitudes; what the readings alone decide stays.
+//! one is meant. It tries other attitudes; what the readings alone decide stays. Of an estimate that
+//! keeps the signs no minimum is another one that does not.
 
 use rayon::prelude::*;
 
@@ -26,11 +27,7 @@ pub(super) fn start_that_keeps_signs(problem: &Problem, stated: &[(usize, f64)])
         attitudes.apply(attitude, &mut point);
         Tried::fit(problem, point, 0.0, ITERATIONS[2])
     };
-    let lost = |fit: &Tried| {
-        let is_lost =
-            |(index, start): &&(usize, f64)| fit.point.values[*index][0] * start.signum() < 0.0;
-        stated.iter().filter(is_lost).count()
-    };
+    let lost = |fit: &Tried| lost_signs(stated, &fit.point);
     let own = look(0)?;
     let lost_before = lost(&own);
     if lost_before == 0 {
@@ -41,6 +38,12 @@ pub(super) fn start_that_keeps_signs(problem: &Problem, stated: &[(usize, f64)])
     let mut alike: Vec<Tried> = others.filter(|fit| fit.chi_squared < limit).collect();
     alike.sort_by(|a, b| lost(a).cmp(&lost(b)).then(a.chi_squared.total_cmp(&b.chi_squared)));
     alike.into_iter().next().filter(|best| lost(best) < lost_before).map(|best| best.point)
+}
+
+/// How many scalars have another sign than the one with which they are stated to start.
+pub(super) fn lost_signs(stated: &[(usize, f64)], point: &Point) -> usize {
+    let is_lost = |(index, start): &&(usize, f64)| point.values[*index][0] * start.signum() < 0.0;
+    stated.iter().filter(is_lost).count()
 }
 
 /// Free scalars whose start is stated and not zero, with it; to be asked before a start is looked for.

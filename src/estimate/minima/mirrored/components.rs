@@ -1,0 +1,132 @@
+//! Scalars and components of vectors of which other values are tried.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use crate::engine::Point;
+use crate::engine::layout::Layout;
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::minima::compared::APART;
+use crate::graph::Kind;
+
+/// Most components that are tried, those that are determined least; most scalars of the other sign,
+/// and most angles that are tried all around.
+const MOST: [usize; 2] = [64, 12];
+/// The other minimum lies within so many times the largest value of a parameter in the same unit.
+const REACH: f64 = 4.0;
+
+/// A component that is tried.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Component {
+    pub(super) instance: usize,
+    pub(super) component: usize,
+    pub(super) column: usize,
+    /// The estimate (SI) and its standard uncertainty.
+    pub(super) value: f64,
+    pub(super) sigma: f64,
+    /// How far away a minimum is looked for.
+    pub(super) reach: f64,
+    pub(super) is_angle: bool,
+    /// Whether a scalar starts from the other sign, too, an angle from all around.
+    pub(super) is_searched: bool,
+}
+
+impl Component {
+    pub(super) fn at(&self, point: &Point) -> f64 {
+        point.values[self.instance][self.component]
+    }
+
+    /// The point with another value of it alone.
+    pub(super) fn moved(&self, point: &Point, value: f64) -> Point {
+        let mut point = point.clone();
+        point.values[self.instance][self.component] = value;
+        point
+    }
+
+    /// How far apart two values are; angles a whole turn apart are the same.
+    pub(super) fn distance(&self, one: f64, other: f64) -> f64 {
+        let far = (one - other).abs();
+        let rest = far.rem_euclid(TAU);
+        if self.is_angle { rest.min(TAU - rest) } else { far }
+    }
+
+    /// Whether two values differ by more than their uncertainty explains.
+    pub(super) fn differ(&self, one: f64, other: f64) -> bool {
+        self.distance(one, other) > APART * self.sigma
+    }
+
+    pub(super) fn is_elsewhere(&self, point: &Point) -> bool {
+        self.differ(self.at(point), self.value)
+    }
+
+    /// Whether it changes by much of its size together with another one.
+    pub(super) fn goes_with(&self, point: &Point) -> bool {
+        let most = if self.is_angle { FRAC_PI_2 } else { f64::INFINITY };
+        let size = self.distance(self.value, 0.0).min(most);
+        let far = self.distance(self.at(point), self.value) > 0.5 * size;
+        far && self.is_elsewhere(point)
+    }
+
+    /// Its value over its standard uncertainty; half a turn of an angle, whose zero means nothing.
+    fn determined(&self) -> f64 {
+        let size = if self.is_angle { PI } else { self.value.abs() };
+        size / self.sigma
+    }
+}
+
+/// The components that are tried, those that are determined least first: free scalars and components
+/// of vectors of which nothing is stated, no delays.
+pub(super) fn components(fit: &Calibration) -> Vec<Component> {
+    let layout = &fit.problem.layout;
+    let mut all = Vec::new();
+    for (instance, one) in layout.instances.iter().enumerate() {
+        if one.kind == Kind::Rotation || one.is_delay() {
+            continue;
+        }
+        let (is_angle, is_scalar) = (one.unit.is_angle(), one.kind == Kind::Scalar);
+        let reach = if is_angle { PI } else { reach(layout, &fit.fit.point, instance) };
+        for (component, column) in layout.own_columns(instance) {
+            let value = fit.fit.point.values[instance][component];
+            let sigma = fit.covariance[(column, column)].sqrt();
+            if is_open(layout, instance, component) && sigma > 0.0 && sigma.is_finite() {
+                let is_searched = is_angle || is_scalar;
+                all.push(Component {
+                    instance,
+                    component,
+                    column,
+                    value,
+                    sigma,
+                    reach,
+                    is_angle,
+                    is_searched,
+                });
+            }
+        }
+    }
+    all.sort_by(|a, b| a.determined().total_cmp(&b.determined()));
+    all.truncate(MOST[0]);
+    for is_angle in [false, true] {
+        let own = all.iter_mut().filter(|one| one.is_searched && one.is_angle == is_angle);
+        own.skip(MOST[1]).for_each(|one| one.is_searched = false);
+    }
+    all
+}
+
+/// Whether nothing is stated of a component: no value, no start, no bound.
+fn is_open(layout: &Layout, instance: usize, component: usize) -> bool {
+    let one = &layout.instances[instance];
+    let is_started = !one.start_found && one.setting.start_of(component).is_some();
+    let bounds = one.setting.bounds_of(component);
+    let is_bounded = bounds.0.is_finite() || bounds.1.is_finite();
+    !is_started && !is_bounded && one.setting.value_of(component).is_none()
+}
+
+/// How far away a minimum is looked for: by the largest value of a scalar or a vector in its unit.
+fn reach(layout: &Layout, point: &Point, own: usize) -> f64 {
+    let instances = &layout.instances;
+    let dimension = instances[own].unit.dimension;
+    let is_alike = |index: &usize| {
+        instances[*index].kind != Kind::Rotation && instances[*index].unit.dimension == dimension
+    };
+    let values = (0..instances.len()).filter(is_alike).flat_map(|index| point.values[index]);
+    REACH * values.map(f64::abs).fold(0.0, f64::max)
+}
