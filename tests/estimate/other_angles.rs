@@ -97,3 +97,13 @@ fn a_start_of_the_gain_states_its_sign() {
     let far = (one.values[0] - one.values[1]).abs();
     assert!((far - PI).abs() < 1e-3 && one.with.is_empty(), "{text}");
 }
+
+/// Azimuth and elevation of one direction have two pairs of values.
+#[test]
+fn the_other_angles_of_the_same_direction_are_no_other_minimum() {
+    let parameters = "bearing = { unit = \"rad\" }\nslope = { unit = \"rad\" }";
+    let reading = "value = 'cos(slope) * cos(q - bearing) + sin(slope) * q', unit = \"1\"";
+    let read = |q: f64| 0.2_f64.cos() * (q - 0.65).cos() + 0.2_f64.sin() * q;
+    let fit = fitted(parameters, reading, read, 0.01);
+    assert!(others(&fit).is_empty(), "{:?}", others(&fit));
+}

@@ -23,7 +23,7 @@ use super::SAMPLES;
 mod around;
 mod components;
 
-use components::{Component, components};
+use components::{Component, components, is_same_attitude, tried};
 
 /// Where the other minimum may lie, relative to where it is expected: sensitivities are no straight
 /// lines. Of two wells one of three neighbouring values lies in the other, and lower.
@@ -41,7 +41,8 @@ struct Candidate {
 /// that lead to the same minimum the first.
 pub(super) fn other_values(fit: &Calibration) -> Vec<Other> {
     let (problem, point) = (&fit.problem, &fit.fit.point);
-    let all = components(fit);
+    let every = components(fit);
+    let all = tried(fit, &every);
     if all.is_empty() {
         return Vec::new();
     }
@@ -63,6 +64,7 @@ pub(super) fn other_values(fit: &Calibration) -> Vec<Other> {
         let there = Tried::fit(many.problem.clone(), there.point, 0.0, ITERATIONS[1]);
         let is_another = |there: &Tried| {
             own.is_elsewhere(&there.point)
+                && !is_same_attitude(&every, &there.point)
                 && lost_signs(&stated, &there.point) <= lost_signs(&stated, point)
                 && many.is_another(there)
         };

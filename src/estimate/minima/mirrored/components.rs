@@ -66,6 +66,16 @@ impl Component {
         far && self.is_elsewhere(point)
     }
 
+    /// Whether it is an angle that has the same sine or the same cosine as at the estimate.
+    fn is_reflected(&self, point: &Point) -> bool {
+        let is_at = |value: f64| !self.differ(self.at(point), value);
+        self.is_angle && (is_at(-self.value) || is_at(PI - self.value))
+    }
+
+    fn is_half_a_turn_away(&self, point: &Point) -> bool {
+        self.is_angle && !self.differ(self.at(point), self.value + PI)
+    }
+
     /// Its value over its standard uncertainty; half a turn of an angle, whose zero means nothing.
     fn determined(&self) -> f64 {
         let size = if self.is_angle { PI } else { self.value.abs() };
@@ -73,8 +83,32 @@ impl Component {
     }
 }
 
-/// The components that are tried, those that are determined least first: free scalars and components
-/// of vectors of which nothing is stated, no delays.
+/// Whether a point has the same direction or attitude by other angles: azimuth and elevation of one
+/// direction have two pairs of values, three angles of an attitude two triples. One of them is
+/// reflected there, the others differ by half a turn, and nothing else differs.
+pub(super) fn is_same_attitude(all: &[Component], point: &Point) -> bool {
+    let far = all.iter().filter(|one| one.is_elsewhere(point));
+    let (turned, rest): (Vec<&Component>, Vec<&Component>) =
+        far.partition(|one| one.is_half_a_turn_away(point));
+    !turned.is_empty() && matches!(rest[..], [one] if one.is_reflected(point))
+}
+
+/// The components that are tried, those that are determined least first: of all those of which
+/// nothing is stated.
+pub(super) fn tried(fit: &Calibration, all: &[Component]) -> Vec<Component> {
+    let layout = &fit.problem.layout;
+    let is_open = |one: &&Component| is_open(layout, one.instance, one.component);
+    let mut all: Vec<Component> = all.iter().filter(is_open).copied().collect();
+    all.sort_by(|a, b| a.determined().total_cmp(&b.determined()));
+    all.truncate(MOST[0]);
+    for is_angle in [false, true] {
+        let own = all.iter_mut().filter(|one| one.is_searched && one.is_angle == is_angle);
+        own.skip(MOST[1]).for_each(|one| one.is_searched = false);
+    }
+    all
+}
+
+/// All free scalars and components of vectors, but no delays.
 pub(super) fn components(fit: &Calibration) -> Vec<Component> {
     let layout = &fit.problem.layout;
     let mut all = Vec::new();
@@ -87,7 +121,7 @@ pub(super) fn components(fit: &Calibration) -> Vec<Component> {
         for (component, column) in layout.own_columns(instance) {
             let value = fit.fit.point.values[instance][component];
             let sigma = fit.covariance[(column, column)].sqrt();
-            if is_open(layout, instance, component) && sigma > 0.0 && sigma.is_finite() {
+            if sigma > 0.0 && sigma.is_finite() {
                 let is_searched = is_angle || is_scalar;
                 all.push(Component {
                     instance,
@@ -101,12 +135,6 @@ pub(super) fn components(fit: &Calibration) -> Vec<Component> {
                 });
             }
         }
-    }
-    all.sort_by(|a, b| a.determined().total_cmp(&b.determined()));
-    all.truncate(MOST[0]);
-    for is_angle in [false, true] {
-        let own = all.iter_mut().filter(|one| one.is_searched && one.is_angle == is_angle);
-        own.skip(MOST[1]).for_each(|one| one.is_searched = false);
     }
     all
 }
