@@ -309,7 +309,9 @@ fn held_out_evidence_is_what_fits_to_the_other_folds_leave() {
     let both = [squares(&models[0]), predictive(&models[0])];
     for at in 0..2 {
         let due = [squares(&models[at + 1]) - both[0], predictive(&models[at + 1]) - both[1]];
-        for (found, due) in [folded.squares_drop(at), folded.predictive_gain(at)].iter().zip(due) {
+        for (found, due) in
+            [folded.squares_drop(at), folded.predictive_gains(&[at])[0]].iter().zip(due)
+        {
             assert!((found - due).abs() < 0.02 * due.abs().max(5.0), "{at}: {found} {due}");
         }
     }

@@ -5,7 +5,9 @@
 //! Columns that only the held-out readings determine (a start of that run) are fitted there, with
 //! and without the term. Stated values count as readings.
 
+use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use crate::diagnose::gap::Drop;
 use crate::estimate::eigen;
@@ -38,6 +40,24 @@ pub struct Folded {
     nominal_terms: usize,
 }
 
+/// Values of columns, scaled to unit length, and their covariance.
+struct Solved {
+    values: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl Solved {
+    /// Twice the log evidence that some of the columns bring beside the others: what the readings of a fold
+    /// add to it is what the columns add to that of their predictive distribution. With `C` the covariance
+    /// of their values `v` it is `vᵀ C⁻¹ v + ln det C`.
+    fn evidence_of(&self, columns: &[usize]) -> Option<f64> {
+        let covariance = self.covariance.select_rows(columns).select_columns(columns);
+        let factor = Cholesky::new(covariance)?;
+        let values = self.values.select_rows(columns);
+        Some(values.dot(&factor.solve(&values)) + factor.ln_determinant())
+    }
+}
+
 impl Folded {
     /// Of a model.
     pub fn new(selection: &Selection<'_>, model: &[usize], pieces: &Pieces) -> Self {
@@ -59,24 +79,30 @@ impl Folded {
         Self { nominal_terms, ..self }
     }
 
-    /// The rise of twice the log predictive density of held-out readings that a term (by its place among
-    /// those that are judged) brings, fold after fold: the drop of their squared residuals, in units of
-    /// what the fit to the other folds leaves uncertain of them, less what that uncertainty costs. A
+    /// The rise of twice the log predictive density of held-out readings that each of some terms (by their
+    /// places among those that are judged) brings, fold after fold: the drop of their squared residuals, in
+    /// units of what the fit to the other folds leaves uncertain of them, less what that uncertainty costs. A
     /// prediction from values that the other folds hardly determine is wide, not wrong.
-    pub fn predictive_gain(&self, term: usize) -> f64 {
-        let (all, others) = self.with_and_without(term);
-        let without = self.evidence(&self.whole, &others);
-        let gain = |fold: &DMatrix<f64>| {
-            // What the other folds do not determine of the term predicts nothing.
-            let is_own = |column: &usize| !others.contains(column);
-            let is_shown = |column: &usize| !is_own(column) || self.is_known(fold, *column);
-            let with: Vec<usize> = all.iter().copied().filter(is_shown).collect();
-            let rest = &self.whole - fold;
-            let of_fold = without - self.evidence(&rest, &others);
-            of_fold - (self.evidence(&self.whole, &with) - self.evidence(&rest, &with))
+    pub fn predictive_gains(&self, terms: &[usize]) -> Vec<f64> {
+        let whole = self.solved(&self.whole);
+        let rests: Vec<_> =
+            self.folds.par_iter().map(|fold| (fold, self.solved(&(&self.whole - fold)))).collect();
+        let gain = |term: &usize| {
+            let own: Vec<usize> = self.terms[self.nominal_terms + term].clone().collect();
+            let of_fold = |(fold, rest): &(&DMatrix<f64>, Option<Solved>)| {
+                // What the other folds do not determine of the term predicts nothing.
+                let hidden = self.unknown(fold, &own);
+                let brought = |solved: &Option<Solved>| -> Option<f64> {
+                    let solved = solved.as_ref()?;
+                    Some(solved.evidence_of(&own)? - solved.evidence_of(&hidden)?)
+                };
+                Some(brought(&whole)? - brought(rest)?)
+            };
+            let gains: Option<Vec<f64>> = rests.iter().map(of_fold).collect();
+            let gain = gains.map_or(f64::NAN, |gains| gains.iter().sum());
+            if gain.is_finite() { gain } else { f64::NEG_INFINITY }
         };
-        let gain: f64 = self.folds.iter().map(gain).sum();
-        if gain.is_finite() { gain } else { f64::NEG_INFINITY }
+        terms.par_iter().map(gain).collect()
     }
 
     /// The drop of held-out squared residuals that a term brings, fold after fold: how far it closes the
@@ -98,20 +124,18 @@ impl Folded {
         ((0..n).collect(), (0..n).filter(|column| !own.contains(column)).collect())
     }
 
-    /// Minus twice the log evidence of columns by some sums: what the readings of a fold add to it is
-    /// that of their predictive distribution.
-    fn evidence(&self, sums: &DMatrix<f64>, columns: &[usize]) -> f64 {
+    /// The values of all columns by some sums; `None` where these are no numbers.
+    fn solved(&self, sums: &DMatrix<f64>) -> Option<Solved> {
         let n = self.whole.nrows() - 1;
-        let root: Vec<f64> = columns.iter().map(|column| self.scale(*column).sqrt()).collect();
-        let own = DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+        let root: Vec<f64> = (0..n).map(|column| self.scale(column).sqrt()).collect();
+        let own = DMatrix::from_fn(n, n, |i, j| {
             let ridge = if i == j { RIDGE } else { 0.0 };
-            sums[(columns[i], columns[j])] / (root[i] * root[j]) + ridge
+            sums[(i, j)] / (root[i] * root[j]) + ridge
         });
-        let score = DVector::from_fn(columns.len(), |i, _| sums[(columns[i], n)] / root[i]);
-        let Some(inverse) = inverse_factor(&own) else { return f64::NAN };
-        let taken = (&inverse * score).norm_squared();
-        let determinant: f64 = inverse.diagonal().iter().map(|root| root.ln()).sum();
-        sums[(n, n)] - taken - 2.0 * determinant
+        let score = DVector::from_fn(n, |i, _| sums[(i, n)] / root[i]);
+        let inverse = inverse_factor(&own)?;
+        let values = inverse.tr_mul(&(&inverse * score));
+        Some(Solved { values, covariance: inverse.transpose() * &inverse })
     }
 
     /// For the first term, the first two, and so on the drop that they bring in each piece of the

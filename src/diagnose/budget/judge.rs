@@ -104,7 +104,7 @@ impl Selection<'_> {
                 continue;
             }
             let own = Pieces::new(linear, self, &with);
-            let drop = Folded::new(self, &with, &own).predictive_gain(at);
+            let drop = Folded::new(self, &with, &own).predictive_gains(&[at])[0];
             if drop < HELD_OUT {
                 continue;
             }
@@ -135,7 +135,7 @@ impl Selection<'_> {
         let remains = |at: &usize| !is_row(model[*at]) && !self.terms[model[*at]].in_fit;
         let rest: f64 = (0..model.len()).filter(remains).map(|at| gains[at].excess()).sum();
         let is_form = |term: &Term| !term.is_of_runs() && term.change.is_none();
-        let drops: Vec<f64> = rows.par_iter().map(|at| folded.predictive_gain(*at)).collect();
+        let drops = folded.predictive_gains(&rows);
         let named: Vec<usize> = rows.iter().map(|at| model[*at]).collect();
         let without_blocks = if rest > 0.0 { self.contributions(&named) } else { Vec::new() };
         let mut objections: Vec<(usize, Objection)> = Vec::new();

@@ -105,7 +105,10 @@ impl Budget<'_> {
         let of_rest = (whole.as_slice(), rest, gains);
         let without_others = of_rows.clone();
         let confounded = confounded(linear, selection, &mut of_rows, of_rest, stands);
-        for (at, confounded) in stands.iter().zip(confounded) {
+        let predictive_gains = folded.predictive_gains(stands);
+        for ((at, confounded), predictive_gain) in
+            stands.iter().zip(confounded).zip(predictive_gains)
+        {
             let term = model[*at];
             let name = &linear.terms[term].name;
             // Beside the other rows: what the remainder could take over from it is the row's. Beside
@@ -126,7 +129,8 @@ impl Budget<'_> {
                 member_sigma: own().map(|one| (one.family.clone(), one.sigma)).collect(),
                 ratio_to_typical: ratio_to_typical(&linear.fitted.problem, &values),
                 values,
-                ..self.row(*at, gains, &folded)
+                predictive_gain,
+                ..self.row(*at, gains)
             };
             let others: Vec<&Confounded> = row.together().collect();
             let mut found =
@@ -151,8 +155,8 @@ impl Budget<'_> {
         (Folded::new(self.selection, terms, &pieces), pieces)
     }
 
-    /// A row without its values.
-    fn row(&self, at: usize, gains: &[Gain], folded: &Folded) -> Row {
+    /// A row without its values and what it brings on held-out readings.
+    fn row(&self, at: usize, gains: &[Gain]) -> Row {
         let Self { linear, selection, pools, .. } = self;
         let term = self.model[at];
         let own = &linear.terms[term];
@@ -187,7 +191,7 @@ impl Budget<'_> {
             closes: 0.0,
             alone: (alone.excess() / self.total.max(f64::MIN_POSITIVE)).min(1.0),
             posterior: posterior(ln_bayes, others),
-            predictive_gain: folded.predictive_gain(at),
+            predictive_gain: 0.0,
             aliases,
             unmodelled_alias: blocks
                 .first()
