@@ -87,12 +87,9 @@ impl Linear {
         let paid = |(is_in_place, one): (bool, Change)| {
             (is_in_place, Change { members: one.members.max(samples), ..one })
         };
-        let (in_place, beside): (Vec<_>, Vec<_>) =
-            found.into_iter().flatten().map(paid).partition(|(is_in_place, _)| *is_in_place);
-        let [in_place, mut found] =
-            [in_place, beside].map(|all| all.into_iter().map(|(_, one)| one).collect::<Vec<_>>());
+        let mut found: Vec<(bool, Change)> = found.into_iter().flatten().map(paid).collect();
         self.retain_not_carried(selection, model, &mut found);
-        found.extend(in_place);
+        let mut found: Vec<Change> = found.into_iter().map(|(_, one)| one).collect();
         let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);
         let known = || model.iter().filter_map(|term| selection.terms[*term].change.as_ref());
         found.retain(|one| ln_bayes(one) >= ENTER && !known().any(|known| one.is_near(known)));

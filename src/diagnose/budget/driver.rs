@@ -44,6 +44,9 @@ use self::settled::Settled;
 const ROUNDS: usize = 5;
 const LAST_ROUND: usize = ROUNDS + 3;
 
+/// Rows, by name and form, and the places of readings.
+type Tried = (Vec<(String, Option<Variant>)>, Vec<ReadingAt>);
+
 /// What the driver found.
 #[derive(Clone, Debug)]
 pub struct Found {
@@ -89,8 +92,8 @@ struct Search<'a> {
     /// What is left out, and the runs of each campaign with all readings.
     outliers: Vec<Outlier>,
     records: Records,
-    /// Rows in the fit with the places of what was left out beside them.
-    seen_outliers: Vec<(Vec<String>, Vec<ReadingAt>)>,
+    /// Rows in the fit with the places of what was left out beside them, under the same noise.
+    seen_outliers: Vec<Tried>,
     noise: Vec<NoiseEffect>,
     /// Effects that show in no reading beside the nominal model; `None` before it is linearised.
     unseen: Option<Unseen>,

@@ -39,9 +39,8 @@ pub struct Jitter {
     pub score: f64,
 }
 
-/// How many of its standard uncertainties, by the scatter of the products, the variance of jitter is at
-/// least: six samples far out make 2.4.
-const OF_MANY: f64 = 2.5;
+/// Samples of which the largest products are no jitter: a part of all, and at least so many.
+const FAR_OUT: (f64, usize) = (0.01, 2);
 
 /// The noise of a model's residuals.
 #[derive(Clone, Debug, Default)]
@@ -162,24 +161,36 @@ fn outliers(components: &Components) -> Vec<Outlier> {
     found
 }
 
-/// Readings far from zero and from both of their neighbours: one by one they are wrong whatever the noise
+/// Readings far from zero and from those beside them in time: one by one they are wrong whatever the noise
 /// has in common from one reading to the next.
-pub(super) fn lone_outliers(components: &Components) -> Vec<Outlier> {
+pub(super) fn isolated_outliers(components: &Components) -> Vec<Outlier> {
     let mut found = Vec::new();
     for ((_, measurand, _), runs) in components {
-        let beside = |own: &[(usize, f64, f64)]| own[1].2 - 0.5 * (own[0].2 + own[2].2);
-        let all = runs.values().flatten().map(|one| &one.2);
-        let steps: Vec<f64> = runs.values().flat_map(|own| own.windows(3).map(beside)).collect();
-        let (Some(scatter), Some(scatter_beside)) = (robust(all), robust(&steps)) else { continue };
+        let scatter = |values: Vec<f64>| robust(&values).filter(|scatter| *scatter > 0.0);
+        let values = || runs.values().flatten().map(|one| one.2);
+        let steps = runs.values().flat_map(|own| own.windows(2).map(|two| two[1].2 - two[0].2));
+        let bends = runs.values().flat_map(|own| {
+            own.windows(3).map(|three| three[1].2 - 0.5 * (three[0].2 + three[2].2))
+        });
+        let (Some(whole), Some(of_steps), Some(of_bends)) =
+            (scatter(values().collect()), scatter(steps.collect()), scatter(bends.collect()))
+        else {
+            continue;
+        };
         for (run, own) in runs {
-            let far = own.windows(3).filter_map(|three| {
-                let (sample, _, value) = three[1];
-                let deviations =
-                    (value / scatter).abs().min((beside(three) / scatter_beside).abs());
-                let at = (*run, sample, *measurand);
-                (deviations > LONE_OUTLIER).then_some(Outlier { at, deviations })
-            });
-            found.extend(far);
+            let value = |at: usize| own.get(at).map(|one| one.2);
+            for (at, (sample, _, residual)) in own.iter().enumerate() {
+                let before = at.checked_sub(1).and_then(value);
+                let apart = match (before, value(at + 1)) {
+                    (Some(before), Some(next)) => (residual - 0.5 * (before + next)) / of_bends,
+                    (Some(one), None) | (None, Some(one)) => (residual - one) / of_steps,
+                    (None, None) => continue,
+                };
+                let deviations = (residual / whole).abs().min(apart.abs());
+                if deviations > LONE_OUTLIER {
+                    found.push(Outlier { at: (*run, *sample, *measurand), deviations });
+                }
+            }
         }
     }
     found.sort_by(|a, b| a.at.cmp(&b.at).then(b.deviations.total_cmp(&a.deviations)));
@@ -195,21 +206,25 @@ pub fn few_are_far(outliers: &mut Vec<Outlier>) {
 }
 
 /// The variance of reference times from products of residuals of different readings of one sample,
-/// which noise scale factors cannot make. Its uncertainty is that of the products as they scatter: by
-/// this, too, it is no jitter where a few samples make nearly all of it.
-fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]> + Clone) -> Option<Jitter> {
+/// which noise scale factors cannot make. Its uncertainty is that of the products as they scatter. Where a
+/// few samples make nearly all of it, they are outliers.
+fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]>) -> Option<Jitter> {
     let each = samples.map(|[u, uu, v, vv]| [0.5 * (u * u - uu), 0.5 * (v * v - vv)]);
-    let (products, weights) =
-        each.clone().fold((0.0, 0.0), |sums, [one, weight]| (sums.0 + one, sums.1 + weight));
-    let score = products / weights.sqrt();
+    let mut each: Vec<[f64; 2]> = each.collect();
+    each.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    let sums = |of: &[[f64; 2]]| of.iter().fold((0.0, 0.0), |a, one| (a.0 + one[0], a.1 + one[1]));
+    let score = |of: &[[f64; 2]]| {
+        let (products, weights) = sums(of);
+        if weights > 0.0 { products / weights.sqrt() } else { 0.0 }
+    };
+    let far = ((FAR_OUT.0 * each.len() as f64) as usize).max(FAR_OUT.1).min(each.len());
+    if score(&each) <= NOISE || score(&each[far..]) <= NOISE {
+        return None;
+    }
+    let (products, weights) = sums(&each);
     let variance = products / weights;
-    let scatter: f64 = each.map(|[one, weight]| (one - variance * weight).powi(2)).sum();
-    let sigma = scatter.sqrt() / weights;
-    (weights > 0.0 && score > NOISE && variance > OF_MANY * sigma).then_some(Jitter {
-        variance,
-        sigma,
-        score,
-    })
+    let scatter: f64 = each.iter().map(|[one, weight]| (one - variance * weight).powi(2)).sum();
+    Some(Jitter { variance, sigma: scatter.sqrt() / weights, score: score(&each) })
 }
 
 /// The Gauss-Markov part of a component's residuals, where they are correlated.

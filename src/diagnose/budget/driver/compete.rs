@@ -2,7 +2,7 @@
 
 use crate::diagnose::budget::judge::Judged;
 use crate::diagnose::budget::linear::Linear;
-use crate::diagnose::budget::noise::{components, lone_outliers};
+use crate::diagnose::budget::noise::{components, isolated_outliers};
 use crate::diagnose::budget::noise_or_blocks::{Instead, instead_of_blocks};
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::terms::Change;
@@ -107,9 +107,10 @@ impl Search<'_> {
         if matches!(noise, Instead::Autocorrelated(_)) {
             // What is wrong in one reading would be in the predictions of those behind it.
             model.retain(|term| linear.terms[*term].is_effect());
-            let mut lone = lone_outliers(&components(linear, &selection, &model, &mut |_, _| {}));
-            lone.extend(self.outliers.iter().copied());
-            if self.take_outliers(linear, lone)? {
+            let mut found =
+                isolated_outliers(&components(linear, &selection, &model, &mut |_, _| {}));
+            found.extend(self.outliers.iter().copied());
+            if self.take_outliers(linear, found)? {
                 return Ok(None);
             }
         }

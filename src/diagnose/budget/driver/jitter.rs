@@ -31,6 +31,7 @@ impl Search<'_> {
             Some(_) => self.with_its_size(competed)?,
         };
         let Some(with) = with else { return Ok(false) };
+        self.seen_outliers.clear();
         self.log.extend(self.noise.first().map(|one| format!("{} {:.3e} s", one.name, one.value)));
         self.fitted = with;
         Ok(true)

@@ -51,8 +51,8 @@ impl Search<'_> {
         Ok(true)
     }
 
-    /// Goes on without these readings alone, where that is another set than before and was not tried beside
-    /// the same rows; whether it is.
+    /// Leaves exactly these readings out, where that is another set than before, and one that was not tried
+    /// beside the same rows and noise; whether it is.
     pub(super) fn take_outliers(
         &mut self,
         linear: &Linear,
@@ -60,10 +60,16 @@ impl Search<'_> {
     ) -> Result<bool, FitError> {
         outliers.sort_by_key(|one| one.at);
         let places = |all: &[Outlier]| all.iter().map(|one| one.at).collect::<Vec<_>>();
-        let rows: Vec<String> = self.rows.iter().map(|row| row.name.clone()).collect();
+        let mut rows: Vec<_> =
+            self.rows.iter().map(|row| (row.name.clone(), row.variant)).collect();
+        rows.sort_by(|a, b| a.0.cmp(&b.0));
         // Models beside the same rows may take each other's outliers back without end.
-        self.seen_outliers.push((rows.clone(), places(&self.outliers)));
-        if self.seen_outliers.contains(&(rows, places(&outliers))) {
+        let before = (rows.clone(), places(&self.outliers));
+        let new = (rows, places(&outliers));
+        if !self.seen_outliers.contains(&before) {
+            self.seen_outliers.push(before);
+        }
+        if self.seen_outliers.contains(&new) {
             return Ok(false);
         }
         self.log.push(format!("{} outliers are left out", outliers.len()));
@@ -103,6 +109,7 @@ impl Search<'_> {
             }
             fitted.problem.parts[*part].gauss_markov[*row] = Some(*noise);
         }
+        self.seen_outliers.clear();
         self.fitted = fitted.again(self.options)?;
         Ok(())
     }
@@ -124,6 +131,7 @@ impl Search<'_> {
             }
             part.run_levels[*run][*measurand] = *factor;
         }
+        self.seen_outliers.clear();
         self.fitted = fitted.again(self.options)?;
         Ok(())
     }
