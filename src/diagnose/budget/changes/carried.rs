@@ -85,7 +85,8 @@ impl Linear {
                 let acting = own.all.iter().filter(|one| one.square > 0.0).count();
                 let is_of_few = acting <= FEW || (1..=FEW).contains(&beside);
                 let is_judged = !is_in_place && !own.is_autocorrelated;
-                !is_of_few && !(is_judged && is_carried(&own.all, one.gain.gain))
+                let is_outlier = is_of_few || is_judged && is_carried(&own.all, one.gain.gain);
+                !is_outlier
             })
         });
     }
