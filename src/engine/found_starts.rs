@@ -19,10 +19,14 @@ impl Layout {
     pub(super) fn begin_at_found<'f>(&mut self, all: impl Iterator<Item = &'f FoundStart>) {
         for found in all {
             for index in 0..self.instances.len() {
-                let one = &self.instances[index];
-                if one.name == found.name && one.of == found.of && self.is_free(index) {
-                    self.instances[index].setting.begin_at(found.components.clone());
-                    self.instances[index].start_found = true;
+                let is_free = self.is_free(index);
+                let one = &mut self.instances[index];
+                if one.name == found.name && one.of == found.of && is_free {
+                    if !one.start_found {
+                        one.stated_start = one.setting.start_of(0);
+                    }
+                    one.setting.begin_at(found.components.clone());
+                    one.start_found = true;
                 }
             }
         }

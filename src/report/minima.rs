@@ -22,7 +22,7 @@ pub fn text(result: &Calibration, others: &[Other]) -> String {
         lines.push(Line {
             name: name(result, one.instance, one.component),
             value: value(result, one.instance, one.component, one.values[1]),
-            others: values.collect::<Vec<_>>().join(" or "),
+            others: values.collect::<Vec<_>>().join(" or ") + &alike(result, one.instance),
         });
     }
     let text = match &lines[..] {
@@ -49,6 +49,17 @@ struct Line {
     name: String,
     value: String,
     others: String,
+}
+
+/// That of an angle of each run or setup one was tried.
+fn alike(result: &Calibration, instance: usize) -> String {
+    let instances = &result.problem.layout.instances;
+    let own = &instances[instance];
+    let count = instances.iter().filter(|one| one.name == own.name).count();
+    match own.kind != Kind::Rotation && own.unit.is_angle() && count > 1 {
+        true => format!(" (of the {count} values of `{}` one was tried)", own.name),
+        false => String::new(),
+    }
 }
 
 /// A value that the readings do not exclude, with what goes with it.

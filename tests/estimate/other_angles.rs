@@ -107,3 +107,41 @@ fn the_other_angles_of_the_same_direction_are_no_other_minimum() {
     let fit = fitted(parameters, reading, read, 0.01);
     assert!(others(&fit).is_empty(), "{:?}", others(&fit));
 }
+
+/// An anchor above or below the plane of its ranges, and an encoder whose zero each run has anew.
+#[test]
+fn angles_of_many_runs_are_one_parameter_and_hide_no_other() {
+    let model = "name = \"ranger\"\ntitle = \"Ranger\"\n[inputs]\nx = { unit = \"m\" }\ny = { unit = \"m\" }\nz = { unit = \"m\" }\nq = { unit = \"rad\" }\n\
+                 [parameters]\nheight = { unit = \"m\" }\nzero = { unit = \"rad\", scope = \"run\" }\n\
+                 [measurands]\nr = { value = 'sqrt(x^2 + y^2 + (height - z)^2)', unit = \"m\", sigma = \"1 mm\" }\n\
+                 s = { value = 'sin(3 * (q + zero))', unit = \"1\", sigma = \"0.01 1\" }\n";
+    let mut noise = Stream(5);
+    let mut campaign = String::from("title = \"R\"\nmodel = \"model.toml\"\n");
+    let mut tables = Vec::new();
+    for run in 0..70 {
+        campaign += &format!("[[runs]]\nname = \"{run}\"\ndata = \"{run}.csv\"\n");
+        let zero = 0.03 * noise.normal();
+        let mut data = String::from("x [m],y [m],z [m],q [rad],r [m],s [1]\n");
+        for _ in 0..8 {
+            let [x, y, q] = [0, 1, 2].map(|_| noise.normal());
+            let z = 3e-5 * noise.normal();
+            let r = (x * x + y * y + (2.5 - z).powi(2)).sqrt() + 1e-3 * noise.normal();
+            let s = (3.0 * (q + zero)).sin() + 0.01 * noise.normal();
+            data += &format!("{x},{y},{z},{q},{r:.6},{s:.6}\n");
+        }
+        tables.push((format!("{run}.csv"), data));
+    }
+    let mut files = vec![("model.toml", model), ("campaign.toml", &campaign)];
+    files.extend(tables.iter().map(|(name, data)| (name.as_str(), data.as_str())));
+    let folder = Folder::new("ranger", &files);
+    let fit = calibrate(open(&Request::new([&*folder])).unwrap().problem, &Default::default());
+    let fit = fit.unwrap();
+    let found = others(&fit);
+    let mut names: Vec<&str> =
+        found.iter().map(|one| fit.problem.layout.instances[one.instance].name.as_str()).collect();
+    names.dedup();
+    assert_eq!(names.len(), 2, "{found:?}");
+    assert!(names.contains(&"height") && names.contains(&"zero"), "{found:?}");
+    let text = text(&fit, &found);
+    assert!(text.contains("of the 70 values of `zero` one was tried"), "{text}");
+}

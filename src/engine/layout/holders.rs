@@ -101,6 +101,7 @@ impl Layout {
                                 tangent: Tangent::Fixed,
                                 noise_only: *noise_only,
                                 start_found: false,
+                                stated_start: None,
                             });
                             blocks.push(block);
                             statements.push(Vec::new());

@@ -26,6 +26,8 @@ pub struct Instance {
     pub noise_only: bool,
     /// Whether its start was found by a search: nobody stated it.
     pub start_found: bool,
+    /// The start that was stated of its first component before a search found another.
+    pub stated_start: Option<f64>,
 }
 
 impl Instance {

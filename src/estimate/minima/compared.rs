@@ -1,6 +1,6 @@
 //! Whether a fit from another start is another minimum, which the readings cannot exclude.
 
-use crate::engine::gram::LeastSquares;
+use crate::engine::gram::{LeastSquares, RunGram};
 use crate::engine::{Point, Problem};
 use crate::estimate::minima::thinned::{Thinned, Tried};
 
@@ -27,6 +27,17 @@ impl Compared {
         let own = thinned.late_by(0.0, &[])?;
         let here = Tried::fit(own.clone(), point.clone(), 0.0, ITERATIONS[1])?;
         Some(Self { problem: own, times: thinned.times, here })
+    }
+
+    /// How much chi squared of these samples grows with the square of a step along a column, all
+    /// else held: the diagonal of the normal matrix, which no rounding of a difference reaches.
+    pub(super) fn curvature(&self, column: usize) -> f64 {
+        let normal = self.problem.normal(&self.here.point);
+        let of = |(run, sums): (usize, &RunGram)| {
+            let at = normal.columns.touched_by(run).iter().position(|own| *own == column);
+            at.map_or(0.0, |at| sums.gram[(at, at)])
+        };
+        normal.runs.iter().enumerate().map(of).sum()
     }
 
     /// How much larger chi squared of all readings is.

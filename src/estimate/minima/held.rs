@@ -25,7 +25,7 @@ impl<'p> Held<'p> {
         Self { problem, columns }
     }
 
-    pub(super) fn columns(problem: &'p mut Problem, columns: Vec<usize>) -> Self {
+    pub(super) fn of_columns(problem: &'p mut Problem, columns: Vec<usize>) -> Self {
         Self { problem, columns }
     }
 }

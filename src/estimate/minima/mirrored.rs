@@ -48,12 +48,17 @@ pub(super) fn other_values(fit: &Calibration) -> Vec<Other> {
     }
     let some = |most: usize| Compared::of(problem, point, most);
     let Some(few) = some(SAMPLES[0]) else { return Vec::new() };
-    let found: Vec<Candidate> = all.par_iter().flat_map_iter(|own| few.minima(*own)).collect();
+    // One by one: an angle takes far longer than other components.
+    let each = all.par_iter().with_max_len(1);
+    let found: Vec<Candidate> = each.flat_map_iter(|own| few.minima(own)).collect();
     if found.is_empty() {
         return Vec::new();
     }
     let Some(many) = some(SAMPLES[2]) else { return Vec::new() };
     let stated = stated_signs(problem);
+    let lost = lost_signs(&stated, point);
+    let [every, all] = [every, all]
+        .map(|all| all.iter().map(|one| one.from(&many.here.point)).collect::<Vec<_>>());
     let mut others: Vec<Other> = Vec::new();
     for Candidate { own, there } in found {
         let is_own =
@@ -61,11 +66,12 @@ pub(super) fn other_values(fit: &Calibration) -> Vec<Other> {
         if own.is_angle && others.iter().filter(is_own).count() == ANGLES {
             continue;
         }
+        let own = own.from(&many.here.point);
         let there = Tried::fit(many.problem.clone(), there.point, 0.0, ITERATIONS[1]);
         let is_another = |there: &Tried| {
             own.is_elsewhere(&there.point)
                 && !is_same_attitude(&every, &there.point)
-                && lost_signs(&stated, &there.point) <= lost_signs(&stated, point)
+                && lost_signs(&stated, &there.point).iter().all(|one| lost.contains(one))
                 && many.is_another(there)
         };
         let Some(there) = there.filter(is_another) else { continue };
@@ -90,7 +96,7 @@ pub(super) fn other_values(fit: &Calibration) -> Vec<Other> {
             others.push(Other {
                 instance: own.instance,
                 component: own.component,
-                values: [value, own.value],
+                values: [value, own.at(point)],
                 chi_squared: many.excess(&there),
                 with,
             });
@@ -102,7 +108,8 @@ pub(super) fn other_values(fit: &Calibration) -> Vec<Other> {
 
 impl Compared {
     /// Minima at which a component is elsewhere and that may fit alike on all samples.
-    fn minima(&self, own: Component) -> Vec<Candidate> {
+    fn minima(&self, own: &Component) -> Vec<Candidate> {
+        let own = own.from(&self.here.point);
         let mut found: Vec<Candidate> = Vec::new();
         for start in self.starts(&own) {
             let there = Tried::fit(self.problem.clone(), start, 0.0, ITERATIONS[0]);
@@ -120,7 +127,7 @@ impl Compared {
 
     /// Where a fit of another value of a component begins.
     fn starts(&self, own: &Component) -> Vec<Point> {
-        if own.is_angle && own.is_searched {
+        if own.is_angle {
             return self.around(own);
         }
         let mirrored = own.is_searched.then_some(-own.value);

@@ -27,7 +27,7 @@ pub(super) fn start_that_keeps_signs(problem: &Problem, stated: &[(usize, f64)])
         attitudes.apply(attitude, &mut point);
         Tried::fit(problem, point, 0.0, ITERATIONS[2])
     };
-    let lost = |fit: &Tried| lost_signs(stated, &fit.point);
+    let lost = |fit: &Tried| lost_signs(stated, &fit.point).len();
     let own = look(0)?;
     let lost_before = lost(&own);
     if lost_before == 0 {
@@ -40,20 +40,21 @@ pub(super) fn start_that_keeps_signs(problem: &Problem, stated: &[(usize, f64)])
     alike.into_iter().next().filter(|best| lost(best) < lost_before).map(|best| best.point)
 }
 
-/// How many scalars have another sign than the one with which they are stated to start.
-pub(super) fn lost_signs(stated: &[(usize, f64)], point: &Point) -> usize {
+/// The scalars that have another sign than the one with which they are stated to start.
+pub(super) fn lost_signs(stated: &[(usize, f64)], point: &Point) -> Vec<usize> {
     let is_lost = |(index, start): &&(usize, f64)| point.values[*index][0] * start.signum() < 0.0;
-    stated.iter().filter(is_lost).count()
+    stated.iter().filter(is_lost).map(|one| one.0).collect()
 }
 
-/// Free scalars whose start is stated and not zero, with it; to be asked before a start is looked for.
+/// Free scalars whose start is stated and not zero, with it, whether or not a search found another.
 pub(super) fn stated_signs(problem: &Problem) -> Vec<(usize, f64)> {
     let layout = &problem.layout;
     let of = |index: usize| {
         let one = &layout.instances[index];
         let is_angle_or_delay = one.unit.is_angle() || one.is_delay();
-        let is_tried = one.kind == Kind::Scalar && !is_angle_or_delay && !one.start_found;
-        let start = one.setting.start_of(0).filter(|start| *start != 0.0)?;
+        let is_tried = one.kind == Kind::Scalar && !is_angle_or_delay;
+        let start = if one.start_found { one.stated_start } else { one.setting.start_of(0) };
+        let start = start.filter(|start| *start != 0.0)?;
         (is_tried && layout.is_free(index)).then_some((index, start))
     };
     (0..layout.instances.len()).filter_map(of).collect()

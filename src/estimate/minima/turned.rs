@@ -63,7 +63,7 @@ pub(super) fn other_turns(fit: &Calibration) -> Vec<Other> {
     let Some(many) = some(SAMPLES[2]) else { return Vec::new() };
     let other = |(instance, sigma, there): (usize, f64, Tried)| {
         let there = Tried::fit(many.problem.clone(), there.point, 0.0, ITERATIONS[1])?;
-        let is_elsewhere = angle(point, &there.point, instance) > APART * sigma;
+        let is_elsewhere = angle(&many.here.point, &there.point, instance) > APART * sigma;
         let is_another = is_elsewhere && many.is_another(&there);
         let is_left = !is_decided(&problem.layout, instance, point, &there.point);
         (is_another && is_left).then(|| described(problem, point, &there, instance, sigma, &many))

@@ -15,13 +15,17 @@ use crate::estimate::minima::compared::{APART, Compared};
 use crate::estimate::minima::held::Held;
 use crate::estimate::minima::mirrored::Component;
 
-/// A step, in standard uncertainties, so small that the sum of squares grows with its square.
+/// A step, in standard uncertainties of these samples with all else held, so small that the sum of squares grows with its square.
 const SMALL: f64 = 0.1;
 /// Growth, relative to that square, with which readings have gone through about half a period.
 const TURNED: f64 = 0.5;
 /// Steps of the profile in that way, and most of them to either side.
 const STEPS: f64 = 12.0;
 const MOST_STEPS: usize = 64;
+/// Steps to either side of a large problem: somewhat more than a period.
+const LEAST_STEPS: usize = 26;
+/// Most steps, times the readings, times the unknowns.
+const WORK: usize = 10_000_000;
 /// Places up to so high a part of the profile may be the bottom of a minimum.
 const DEEP: f64 = 0.1;
 /// Fits at most.
@@ -34,7 +38,7 @@ impl Compared {
         let Some(half_period) = self.half_period(own) else { return Vec::new() };
         let step = half_period / STEPS;
         // One more to either side shows whether half a turn is a minimum.
-        let count = (((PI / step).round() as usize).saturating_add(1)).min(MOST_STEPS);
+        let count = (((PI / step).round() as usize).saturating_add(1)).min(self.most_steps());
         let from = -(count as f64);
         let profile: Vec<(f64, Point)> =
             (0..=2 * count).map(|at| self.with_held(own, (from + at as f64) * step)).collect();
@@ -52,6 +56,12 @@ impl Compared {
         lowest.into_iter().take(STARTS).map(|at| profile[at].1.clone()).collect()
     }
 
+    /// Steps to either side that the size of the problem allows.
+    fn most_steps(&self) -> usize {
+        let size = self.here.readings * self.problem.layout.columns.len();
+        (WORK / (2 * size).max(1)).clamp(LEAST_STEPS, MOST_STEPS)
+    }
+
     /// How far (rad) readings go through about half a period, or less, with all else held; `None`
     /// where half a turn is less than that.
     fn half_period(&self, own: &Component) -> Option<f64> {
@@ -63,8 +73,11 @@ impl Compared {
             let cost = |value: f64| self.problem.cost(&own.moved(&self.here.point, value));
             [cost(here + step), cost(here - step)].map(|cost| cost - self.here.chi_squared)
         };
-        let small = SMALL * own.sigma;
+        let small = SMALL / self.curvature(own.column).sqrt();
         let curvature = 0.5 * growth(small).iter().sum::<f64>() / small.powi(2);
+        if !(small > 0.0 && curvature > 0.0) {
+            return None;
+        }
         let halvings = (PI / small).log2().floor() as i32;
         let steps = (0..halvings).rev().map(|halving| PI * 0.5_f64.powi(halving));
         let is_turned = |step: &f64| {
@@ -79,7 +92,7 @@ impl Compared {
     fn with_held(&self, own: &Component, step: f64) -> (f64, Point) {
         let mut problem = self.problem.clone();
         let start = own.moved(&self.here.point, own.at(&self.here.point) + step);
-        let mut held = Held::columns(&mut problem, vec![own.column]);
+        let mut held = Held::of_columns(&mut problem, vec![own.column]);
         let options = Options { max_iterations: 1, ..Options::default() };
         match fit(&mut held, start.clone(), &options) {
             Ok(found) if found.cost.is_finite() => (found.cost, found.point),

@@ -1,5 +1,6 @@
 //! Scalars and components of vectors of which other values are tried.
 
+use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::engine::Point;
@@ -8,9 +9,12 @@ use crate::estimate::calibrate::Calibration;
 use crate::estimate::minima::compared::APART;
 use crate::graph::Kind;
 
-/// Most components that are tried, those that are determined least; most scalars of the other sign,
-/// and most angles that are tried all around.
-const MOST: [usize; 2] = [64, 12];
+/// Most angles that are tried all around, those that are determined least.
+const MOST_ANGLES: usize = 12;
+/// Most other components that are tried, those that are determined least.
+const MOST_OTHERS: usize = 64;
+/// Most scalars among them that start from the other sign, too.
+const MOST_SIGNS: usize = 12;
 /// The other minimum lies within so many times the largest value of a parameter in the same unit.
 const REACH: f64 = 4.0;
 
@@ -20,19 +24,26 @@ pub(super) struct Component {
     pub(super) instance: usize,
     pub(super) component: usize,
     pub(super) column: usize,
-    /// The estimate (SI) and its standard uncertainty.
+    /// The estimate (SI) from the samples that are looked at, and the standard uncertainty of the
+    /// estimate from all of them.
     pub(super) value: f64,
     pub(super) sigma: f64,
     /// How far away a minimum is looked for.
     pub(super) reach: f64,
     pub(super) is_angle: bool,
-    /// Whether a scalar starts from the other sign, too, an angle from all around.
+    /// Whether a scalar starts from the other sign, too.
     pub(super) is_searched: bool,
 }
 
 impl Component {
     pub(super) fn at(&self, point: &Point) -> f64 {
         point.values[self.instance][self.component]
+    }
+
+    /// The same beside an estimate from other samples. Minima are compared with the estimate from
+    /// the same samples: that from few of them scatters by more than the uncertainty of all.
+    pub(super) fn from(&self, here: &Point) -> Self {
+        Self { value: self.at(here), ..*self }
     }
 
     /// The point with another value of it alone.
@@ -85,27 +96,33 @@ impl Component {
 
 /// Whether a point has the same direction or attitude by other angles: azimuth and elevation of one
 /// direction have two pairs of values, three angles of an attitude two triples. One of them is
-/// reflected there, the others differ by half a turn, and nothing else differs.
+/// reflected there, and more where directions share an azimuth; the others differ by half a turn,
+/// and nothing else differs.
 pub(super) fn is_same_attitude(all: &[Component], point: &Point) -> bool {
     let far = all.iter().filter(|one| one.is_elsewhere(point));
     let (turned, rest): (Vec<&Component>, Vec<&Component>) =
         far.partition(|one| one.is_half_a_turn_away(point));
-    !turned.is_empty() && matches!(rest[..], [one] if one.is_reflected(point))
+    !turned.is_empty() && !rest.is_empty() && rest.iter().all(|one| one.is_reflected(point))
 }
 
 /// The components that are tried, those that are determined least first: of all those of which
-/// nothing is stated.
+/// nothing is stated. Of an angle that each run or setup has for itself, that of one of them is
+/// tried: in the others readings depend on it alike.
 pub(super) fn tried(fit: &Calibration, all: &[Component]) -> Vec<Component> {
     let layout = &fit.problem.layout;
     let is_open = |one: &&Component| is_open(layout, one.instance, one.component);
     let mut all: Vec<Component> = all.iter().filter(is_open).copied().collect();
     all.sort_by(|a, b| a.determined().total_cmp(&b.determined()));
-    all.truncate(MOST[0]);
-    for is_angle in [false, true] {
-        let own = all.iter_mut().filter(|one| one.is_searched && one.is_angle == is_angle);
-        own.skip(MOST[1]).for_each(|one| one.is_searched = false);
-    }
-    all
+    let (mut angles, mut others): (Vec<Component>, Vec<Component>) =
+        all.into_iter().partition(|one| one.is_angle);
+    let mut seen: HashSet<(&str, usize)> = HashSet::new();
+    angles.retain(|one| seen.insert((&layout.instances[one.instance].name, one.component)));
+    angles.truncate(MOST_ANGLES);
+    others.truncate(MOST_OTHERS);
+    let scalars = others.iter_mut().filter(|one| one.is_searched);
+    scalars.skip(MOST_SIGNS).for_each(|one| one.is_searched = false);
+    angles.extend(others);
+    angles
 }
 
 /// All free scalars and components of vectors, but no delays.
@@ -116,13 +133,13 @@ pub(super) fn components(fit: &Calibration) -> Vec<Component> {
         if one.kind == Kind::Rotation || one.is_delay() {
             continue;
         }
-        let (is_angle, is_scalar) = (one.unit.is_angle(), one.kind == Kind::Scalar);
+        let is_angle = one.unit.is_angle();
         let reach = if is_angle { PI } else { reach(layout, &fit.fit.point, instance) };
         for (component, column) in layout.own_columns(instance) {
             let value = fit.fit.point.values[instance][component];
             let sigma = fit.covariance[(column, column)].sqrt();
             if sigma > 0.0 && sigma.is_finite() {
-                let is_searched = is_angle || is_scalar;
+                let is_searched = !is_angle && one.kind == Kind::Scalar;
                 all.push(Component {
                     instance,
                     component,
