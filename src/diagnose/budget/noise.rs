@@ -39,7 +39,8 @@ pub struct Jitter {
     pub score: f64,
 }
 
-/// Samples of which the largest products are no jitter: a part of all, and at least so many.
+/// Samples with the largest products, without which jitter is found, too: a share of all, and at least so
+/// many.
 const FAR_OUT: (f64, usize) = (0.01, 2);
 
 /// The noise of a model's residuals.
@@ -154,11 +155,15 @@ fn outliers(components: &Components) -> Vec<Outlier> {
             }
         }
     }
-    // A reading of several components is left out once.
-    found.sort_by(|a, b| a.at.cmp(&b.at).then(b.deviations.total_cmp(&a.deviations)));
-    found.dedup_by_key(|one| one.at);
+    each_once(&mut found);
     few_are_far(&mut found);
     found
+}
+
+/// Puts outliers in order; a reading of several components is left out once.
+fn each_once(outliers: &mut Vec<Outlier>) {
+    outliers.sort_by(|a, b| a.at.cmp(&b.at).then(b.deviations.total_cmp(&a.deviations)));
+    outliers.dedup_by_key(|one| one.at);
 }
 
 /// Readings far from zero and from those beside them in time: one by one they are wrong whatever the noise
@@ -193,8 +198,7 @@ pub(super) fn isolated_outliers(components: &Components) -> Vec<Outlier> {
             }
         }
     }
-    found.sort_by(|a, b| a.at.cmp(&b.at).then(b.deviations.total_cmp(&a.deviations)));
-    found.dedup_by_key(|one| one.at);
+    each_once(&mut found);
     found
 }
 

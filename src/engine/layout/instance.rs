@@ -15,8 +15,8 @@ pub struct Instance {
     pub unit: Unit,
     /// What is known of it.
     pub setting: Setting,
-    /// The setup or run it holds for; for rig and instrument the campaign where several are told
-    /// apart by labels, their own name where there are several of them, else `None`.
+    /// The setup or run it holds for; for rig and instrument the campaign where labels distinguish
+    /// several, their own name where there are several of them, else `None`.
     pub of: Option<String>,
     /// The rig or instrument that it belongs to, where that has a name.
     pub owner: Option<String>,
@@ -24,7 +24,7 @@ pub struct Instance {
     pub tangent: Tangent,
     /// Whether it acts on noise alone: then it is a level, not an unknown of least squares.
     pub noise_only: bool,
-    /// Whether its start was found by a search: nobody stated it.
+    /// Whether its start was found by a search, and not stated.
     pub start_found: bool,
     /// The start that was stated of its first component before a search found another.
     pub stated_start: Option<f64>,

@@ -15,7 +15,7 @@ use crate::estimate::minima::compared::{APART, Compared};
 use crate::estimate::minima::held::Held;
 use crate::estimate::minima::mirrored::Component;
 
-/// A step, in standard uncertainties of these samples with all else held, so small that the sum of squares grows with its square.
+/// The first step, in standard uncertainties of these samples with all else held.
 const SMALL: f64 = 0.1;
 /// Growth, relative to that square, with which readings have gone through about half a period.
 const TURNED: f64 = 0.5;
@@ -73,9 +73,9 @@ impl Compared {
             let cost = |value: f64| self.problem.cost(&own.moved(&self.here.point, value));
             [cost(here + step), cost(here - step)].map(|cost| cost - self.here.chi_squared)
         };
-        let small = SMALL / self.curvature(own.column).sqrt();
-        let curvature = 0.5 * growth(small).iter().sum::<f64>() / small.powi(2);
-        if !(small > 0.0 && curvature > 0.0) {
+        let curvature = self.curvature(own.column);
+        let small = SMALL / curvature.sqrt();
+        if !(small > 0.0 && small.is_finite()) {
             return None;
         }
         let halvings = (PI / small).log2().floor() as i32;
