@@ -169,7 +169,7 @@ impl Evidence {
         }
         let own = self.products(&columns, &columns);
         let raw = own.diagonal().map(|square| square.max(0.0).sqrt());
-        let coupling = self.nominal.factor.solve(across.clone());
+        let coupling = self.nominal.factor.solve(&across);
         let left = own - across.tr_mul(&coupling);
         let score = score - coupling.tr_mul(&self.nominal.score);
         let finite = left.iter().chain(score.iter()).all(|value| value.is_finite());

@@ -175,8 +175,6 @@ impl DelayProgram {
 pub struct RowNodes {
     /// The nodes.
     pub graph: Graph,
-    /// The weight of each row.
-    pub weights: Vec<NodeId>,
     /// The weighted residual of each row.
     pub residuals: Vec<NodeId>,
     /// The weighted derivatives of each row.
@@ -198,7 +196,7 @@ impl RowsProgram {
         let seeds = rows.seeds(assembly, directions);
         let derivatives = rows.derivatives(&seeds, &weights, sweep);
         let residuals = weighted(&mut rows, &weights);
-        RowNodes { graph: rows.graph, weights, residuals, derivatives, measurands }
+        RowNodes { graph: rows.graph, residuals, derivatives, measurands }
     }
 }
 
@@ -272,7 +270,7 @@ fn random_seeds(graph: &mut Graph, randoms: &[usize]) -> Vec<Tangent> {
 }
 
 /// The weight of each row as a node, and its measurand.
-fn weights(graph: &mut Graph, assembly: &Assembly) -> (Vec<NodeId>, Vec<usize>) {
+pub(super) fn weights(graph: &mut Graph, assembly: &Assembly) -> (Vec<NodeId>, Vec<usize>) {
     let mut weights = Vec::new();
     let mut measurands = Vec::new();
     for (index, measurand) in assembly.measurands.iter().enumerate() {

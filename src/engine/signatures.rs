@@ -17,12 +17,12 @@ use crate::engine::gram::{Growing, PartGram, RunGram};
 use crate::engine::kept::Memories;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
-use crate::engine::programs::{RowNodes, RowsProgram};
+use crate::engine::programs::{RowNodes, RowsProgram, weights};
 use crate::engine::rows::{Derivatives, Rows, Sweep};
 use crate::engine::switched_off::off;
 use crate::graph::derivative::seeds;
 use crate::graph::import::Import;
-use crate::graph::{Graph, Leaf, NodeId, Scope};
+use crate::graph::{Graph, Leaf, Scope};
 use crate::system::System;
 
 /// A model with one more effect.
@@ -88,13 +88,10 @@ impl Signatures {
             .collect();
         let (mut columns, mut groups) = (Vec::new(), Vec::new());
         for (number, candidate) in candidates.iter().enumerate() {
-            let mut adding = Adding {
-                nominal: &nominal,
-                candidate,
-                open: (open, number),
-                rows: Rows::new(&candidate.system.assembly),
-                import: Import::default(),
-            };
+            let mut rows = Rows::new(&candidate.system.assembly);
+            let (weights, _) = weights(&mut rows.graph, &candidate.system.assembly);
+            let (open, import) = ((open, number), Import::default());
+            let mut adding = Adding { nominal: &nominal, candidate, open, rows, import };
             for parameter in 0..candidate.system.settings.len() {
                 if !adding.is_own(parameter) || candidate.system.settings[parameter].fixed {
                     continue;
@@ -103,8 +100,8 @@ impl Signatures {
                 for component in 0..kind.dimension() {
                     let column = directions.len() + columns.len();
                     let seeds = seeds(&mut adding.rows.graph, parameter as u32, kind, component);
-                    let weights = adding.unit_weights();
-                    let found = adding.rows.derivatives(&[seeds], &weights, Sweep::Forward);
+                    // Switched off, the adjoints of all candidates are those of the nominal model.
+                    let found = adding.rows.derivatives(&[seeds], &weights, Sweep::Backward);
                     if adding.append(column, &found, &mut made) {
                         columns.push(adding.signature(parameter, component));
                         groups.push(number + 1);
@@ -145,11 +142,6 @@ impl Adding<'_> {
         !self.nominal.contains_key(name.as_str())
     }
 
-    fn unit_weights(&mut self) -> Vec<NodeId> {
-        let one = self.rows.graph.constant(1.0);
-        vec![one; self.rows.residuals.len()]
-    }
-
     fn signature(&self, parameter: usize, component: usize) -> Signature {
         let system = self.candidate.system;
         Signature {
@@ -186,9 +178,8 @@ impl Adding<'_> {
             let Some(node) = derivative.nodes.first() else { continue };
             let node = self.import.node(&self.rows.graph, *node, &mut made.graph, &mut absent);
             if node != zero {
-                let weighted = made.graph.multiply(made.weights[row], node);
                 made.derivatives[row].directions.push(number);
-                made.derivatives[row].nodes.push(weighted);
+                made.derivatives[row].nodes.push(node);
                 acts = true;
             }
         }

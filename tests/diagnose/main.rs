@@ -43,6 +43,7 @@ mod moved_anchor;
 mod no_readings;
 mod noise;
 mod noise_of_runs;
+mod other_measurands;
 mod over_angles;
 mod own_effects;
 mod parts;

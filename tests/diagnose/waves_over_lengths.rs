@@ -107,10 +107,10 @@ fn at_even_stops_the_longest_wave_is_named() {
     }
 }
 
-/// Over 60 m of a rail a wave may be 12.5 m long, over 0.1 mm of a scale 20 µm.
+/// Over 60 m of a rail a wave may be 12.5 m long, over 0.8 m of a belt 2 mm, over 0.1 mm of a scale 20 µm.
 #[test]
 fn long_ways_have_long_waves_and_short_ones_short_waves() {
-    for (seed, spacing, waves) in [(9, 0.6, 0.08), (10, 1e-6, 50_000.0)] {
+    for (seed, spacing, waves) in [(9, 0.6, 0.08), (11, 8e-3, 500.0), (10, 1e-6, 50_000.0)] {
         let part = found_of(seed, (spacing, 0.2 * spacing), waves);
         assert!((part - 1.0).abs() < 0.01, "{seed}: {part}");
     }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::diagnose::gap::Drop;
 use crate::estimate::eigen;
-use crate::estimate::inverse_factor::{Factor, inverse_factor};
+use crate::estimate::inverse_factor::Factor;
 
 use super::pieces::{FOLDS, Pieces};
 use super::selection::Selection;
@@ -40,7 +40,7 @@ pub struct Folded {
     nominal_terms: usize,
 }
 
-/// Values of columns, scaled to unit length, and their covariance.
+/// Values of columns and their covariance.
 struct Solved {
     values: DVector<f64>,
     covariance: DMatrix<f64>,
@@ -127,15 +127,10 @@ impl Folded {
     /// The values of all columns by some sums; `None` where these are no numbers.
     fn solved(&self, sums: &DMatrix<f64>) -> Option<Solved> {
         let n = self.whole.nrows() - 1;
-        let root: Vec<f64> = (0..n).map(|column| self.scale(column).sqrt()).collect();
-        let own = DMatrix::from_fn(n, n, |i, j| {
-            let ridge = if i == j { RIDGE } else { 0.0 };
-            sums[(i, j)] / (root[i] * root[j]) + ridge
-        });
-        let score = DVector::from_fn(n, |i, _| sums[(i, n)] / root[i]);
-        let inverse = inverse_factor(&own)?;
-        let values = inverse.tr_mul(&(&inverse * score));
-        Some(Solved { values, covariance: inverse.transpose() * &inverse })
+        let length = DVector::from_fn(n, |column, _| self.scale(column).sqrt());
+        let factor = Factor::scaled(sums, &length, RIDGE)?;
+        let values = factor.values(&factor.half(&sums.view((0, n), (n, 1)).column(0).into_owned()));
+        Some(Solved { values, covariance: factor.covariance() })
     }
 
     /// For the first term, the first two, and so on the drop that they bring in each piece of the

@@ -148,7 +148,9 @@ impl Selection<'_> {
             let beside = if rest > 0.0 { ROW_BESIDE_REMAINDER } else { 0.0 };
             let least = ROW.max(beside);
             let is_small = || {
-                let is_part = gain < SHARE_OF_REMAINDER * rest;
+                // What remains in other measurands leaves no imitator of the row.
+                let beside = self.excess_beside(model, &gains, *at, |term| !term.in_fit);
+                let is_part = gain < SHARE_OF_REMAINDER * rest.min(beside);
                 gain < least || is_part && !self.needs_its_form(model, *at, gains[*at], blocks)
             };
             let objection = if drops[row] < HELD_OUT {

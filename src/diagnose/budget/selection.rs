@@ -227,7 +227,7 @@ impl<'a> Selection<'a> {
     /// `L⁻¹ H_Mj` of columns.
     fn products_with(&self, model: &Factored, columns: &Combined) -> DMatrix<f64> {
         let product = |a, b| self.weighted.product(a, b);
-        model.factor.across(model.combined.products(columns, product))
+        model.factor.across(&model.combined.products(columns, product))
     }
 
     /// Columns beside a model, from their products with it.

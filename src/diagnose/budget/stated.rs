@@ -118,7 +118,7 @@ impl Linear {
                         own.map(|(_, by)| by).sum::<f64>()
                     };
                     let row = DMatrix::from_iterator(columns.len(), 1, columns.iter().map(of));
-                    let without = 1.0 - factor.across(row).norm_squared();
+                    let without = 1.0 - factor.across(&row).norm_squared();
                     // Where a number cannot be computed nothing is known against the value.
                     let is_of_rows = without < WITHOUT_ROWS * redundancy[(at, at)];
                     !is_of_rows

@@ -208,8 +208,7 @@ impl<'a> Scan<'a> {
     ) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); members.len()];
         for (key, group) in programs.iter().flat_map(|one| self.groups(one, &filled(members))) {
-            let taken =
-                known.map(|known| (self.nominal.factor.across(group.across.clone()), known));
+            let taken = known.map(|known| (self.nominal.factor.across(&group.across), known));
             for (member, (fast, slow)) in sums.iter_mut().enumerate() {
                 let is_slow = self.is_slow_in(key, members[member]);
                 *(if is_slow { slow } else { fast }) += group.gain(member, taken.as_ref());

@@ -101,7 +101,7 @@ impl Linear {
         onsets.finish();
         sums.iter_mut().zip(&onsets.added).for_each(|(sum, added)| *sum += added);
         let of_base = |((base, sum), late): ((&Base, &DMatrix<f64>), &Vec<bool>)| {
-            let across = factor.across(sum.rows(0, n).into_owned());
+            let across = factor.across(&sum.rows(0, n).into_owned());
             let across = Across::new(across, half.clone());
             let stretches = self.stretches(*base, bins, &across);
             let is_fixed = self.fixed(base.candidate).is_some();

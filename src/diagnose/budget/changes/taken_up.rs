@@ -37,7 +37,7 @@ pub(super) struct Lacking {
 impl Lacking {
     /// Of parts by the columns that each lacks.
     pub(super) fn new(factor: &Factor, parts: &[Vec<usize>]) -> Self {
-        let of_part = |columns: &Vec<usize>| factor.inverse.select_columns(columns).qr().q();
+        let of_part = |columns: &Vec<usize>| factor.columns(columns).qr().q();
         let bases: Vec<DMatrix<f64>> = parts.iter().map(of_part).collect();
         let ends = bases.iter().scan(0, |end, basis| {
             *end += basis.ncols();
@@ -49,7 +49,7 @@ impl Lacking {
             .flat_map(|basis| basis.column_iter().map(|one| one.into_owned()))
             .collect();
         let bases = match columns.is_empty() {
-            true => DMatrix::zeros(factor.inverse.nrows(), 0),
+            true => DMatrix::zeros(factor.length.len(), 0),
             false => DMatrix::from_columns(&columns),
         };
         Self { bases, of_each }
@@ -154,7 +154,7 @@ mod tests {
             let own = rows.select_columns(kept);
             let factor = Factor::of(&own.tr_mul(&own));
             let half = factor.half(&own.tr_mul(&right));
-            (Across::new(factor.across(own.tr_mul(&added)), half), factor)
+            (Across::new(factor.across(&own.tr_mul(&added)), half), factor)
         };
         let (whole, factor) = beside(&[0, 1, 2, 3, 4]);
         let (less, _) = beside(&[0, 2, 4]);

@@ -65,7 +65,7 @@ impl Selection<'_> {
             }
             let raw = own.diagonal().map(|square: f64| square.max(0.0).sqrt());
             let half = factor.half(&whole.view((0, n), (n, 1)).column(0).into_owned());
-            let across = factor.across(across);
+            let across = factor.across(&across);
             let left = own - across.transpose() * &across;
             let score = score - across.tr_mul(&half);
             let gain = gain_of(&left, &score, &raw);

@@ -40,12 +40,8 @@ impl<'s> Exchange<'s> {
     /// Of the terms of a pool that may enter a model.
     pub fn new(selection: &'s Selection<'s>, model: &[usize], pool: &[usize]) -> Self {
         let factored = selection.factored(model);
-        let back = factored.factor.inverse.transpose();
         let candidate = |(term, beside): (&usize, Beside)| {
-            let mut taken_up = &back * &beside.across;
-            for mut column in taken_up.column_iter_mut() {
-                column.component_div_assign(&factored.factor.length);
-            }
+            let taken_up = factored.factor.back(&beside.across);
             Candidate { term: *term, beside, taken_up }
         };
         let may_enter = |term: &usize| selection.terms[*term].may_enter && !model.contains(term);

@@ -26,11 +26,10 @@ const FINEST_OF_TEETH: usize = 400;
 const ANY: (&str, &str) = ("0.02", "12");
 /// Turns that an angle goes through at least for such waves.
 const MANY_TURNS: f64 = 3.0;
-/// Waves a metre over a length of some metres; others over one that is at least `LONG` or below `SHORT` (m):
-/// so many over the whole of it.
+/// Waves a metre over a length of some metres; longer ones over one that is at least `LONG` (m), and finer
+/// ones up to so many over the whole of it.
 const WAVES_A_METRE: (f64, f64) = (0.2, 200.0);
 const LONG: f64 = 10.0;
-const SHORT: f64 = 0.1;
 const FEWEST: f64 = 1.5;
 const MOST_WAVES: f64 = 1000.0;
 /// Counts that an input goes through at least for waves over them.
@@ -164,7 +163,7 @@ pub(super) fn of_any_order(model: &Model, spreads: &[Spread]) -> Vec<Covariate> 
 }
 
 /// Waves of a reading over inputs that go over a long way, or over a short one: those of a rail that bends,
-/// or of the graduation of a scale.
+/// or of the teeth of a belt, the pitch of a fine screw, the graduation of a scale.
 pub(super) fn of_any_length(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
     let (from, to) = WAVES_A_METRE;
     let over = |input: &InputDeclaration| {
@@ -172,7 +171,8 @@ pub(super) fn of_any_length(model: &Model, spreads: &[Spread]) -> Vec<Covariate>
         if span >= LONG {
             return Some(waves_a_metre("long", &input.name, (FEWEST / span, from)));
         }
-        (span < SHORT).then(|| waves_a_metre("finest", &input.name, (to, MOST_WAVES / span)))
+        let finest = MOST_WAVES / span;
+        (finest > to).then(|| waves_a_metre("finest", &input.name, (to, finest)))
     };
     over_few(model, is_length, over)
 }
@@ -271,6 +271,10 @@ mod tests {
         };
         assert!(waves(60.0).concat().contains("from = \"0.025 1/m\", to = \"0.2 1/m\""));
         assert!(waves(2e-4).concat().contains("from = \"200 1/m\", to = \"5000000 1/m\""));
-        assert!(waves(1.5).is_empty());
+        assert_eq!(
+            waves(0.8),
+            ["unknown_waves = { unit = \"1/m\", from = \"200 1/m\", to = \"1250 1/m\" }"]
+        );
+        assert!(waves(7.0).is_empty());
     }
 }
