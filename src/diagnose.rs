@@ -155,7 +155,6 @@ fn searched_from(
         (found, diagnosis.nominal, left_out) = (with, nominal, beside(less));
     }
     diagnosis.left_out = left_out;
-    let found = found.with_most_probable(&fitted(&diagnosis.nominal), wanted, options)?;
     let last = found.competed.linear.fitted.clone();
     if let Some(rest) = lost.unexplained_by(&last) {
         let cleared = without_outliers(whole, Some(&rest), options)?;

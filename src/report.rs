@@ -11,7 +11,7 @@
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | `layout` | tables as the terminal shows them |
 //! | [`text`] | tables and sentences for the terminal |
-//! | [`diagnosis`], `diagnosis_text`, `verdict_text`, `noise_text`, `next` | why simulation and reality differ, for programs and for people |
+//! | [`diagnosis`], `gap`, `diagnosis_text`, `verdict_text`, `noise_text`, `next` | why simulation and reality differ, for programs and for people |
 //! | [`trials`], `trials_text` | how well a diagnosis does on campaigns whose truth is known |
 //! | [`trials_replay`], `trials_replay_text` | recorded trials made again, and what differs |
 //! | [`power`], `power_text` | what a campaign can see |
@@ -33,6 +33,7 @@ pub mod diagnosis;
 #[cfg(feature = "cli")]
 pub mod diagnosis_text;
 pub mod figure;
+mod gap;
 pub mod global;
 pub mod json;
 #[cfg(feature = "cli")]

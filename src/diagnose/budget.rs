@@ -22,7 +22,6 @@ pub mod noise_of_runs;
 pub mod noise_or_blocks;
 pub mod noise_scale;
 pub mod pieces;
-mod probable;
 pub mod rows;
 pub mod search;
 pub mod selection;

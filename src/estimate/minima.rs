@@ -15,7 +15,7 @@
 //! | `starts` | the offsets and attitudes to start from |
 //! | `signs` | scalars that are stated to start with one sign and end with the other |
 //! | `compared` | whether a fit is another minimum, which the readings cannot exclude |
-//! | `mirrored` | minima at which a scalar or a component of a vector has another value |
+//! | `other_values` | minima at which a scalar or a component of a vector has another value |
 //! | `turned` | minima at which a rotation is another one |
 
 use rayon::prelude::*;
@@ -30,7 +30,7 @@ pub(super) mod clocks;
 mod compared;
 mod comparison;
 mod held;
-mod mirrored;
+mod other_values;
 mod signs;
 pub(super) mod starts;
 pub(super) mod thinned;
@@ -39,7 +39,7 @@ mod turned;
 use clocks::Clock;
 use comparison::{far_better_for_most, is_better, is_enough};
 use held::Held;
-use mirrored::other_values;
+use other_values::other_values;
 use signs::{start_that_keeps_signs, stated_signs};
 use starts::{Attitudes, Offsets, is_open};
 use thinned::{Thinned, Tried, cut};

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Doubtful, Ranked, Remainder, Row, Size};
 use crate::diagnose::budget::stamp_jumps::Side;
 use crate::diagnose::found::{NoReading, NoiseEffect, Wrong};
-use crate::diagnose::gap::Gap;
 use crate::diagnose::library::place::Of;
 use crate::diagnose::library::variant::Variant;
+use crate::report::gap::gap;
 use crate::report::json::{beyond, calibration, estimate, number, stated, unobservable};
 
 /// The result of `diagnose`, at most `top` candidates.
@@ -261,33 +261,6 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
         "runs": runs.collect::<Vec<_>>(),
         "lost": lost.collect::<Vec<_>>(),
         "delays": delays.collect::<Vec<_>>(),
-    })
-}
-
-fn by_measurand(list: &[(String, f64)]) -> Map<String, Value> {
-    list.iter().map(|(name, value)| (name.clone(), number(Some(*value)))).collect()
-}
-
-/// The gap before and after.
-pub(crate) fn gap(one: &Gap) -> Value {
-    json!({
-        "held_out": one.held_out,
-        "before": by_measurand(&one.before),
-        "after": by_measurand(&one.after),
-        "floor": by_measurand(&one.floor),
-        "steps": one.steps.iter().map(|step| json!({
-            "effect": step.effect,
-            "rms": by_measurand(&step.rms),
-            "held_out_drop": number(Some(step.held_out_drop)),
-        })).collect::<Vec<_>>(),
-        "noncentrality": number(Some(one.lambda)),
-        "held_out_drop": number(Some(one.held_out_drop)),
-        "leftover": number(Some(one.leftover)),
-        "closed": one.closed,
-        "closed_interval": one.closed_interval,
-        "borne_out": one.is_borne_out(),
-        "folds": one.folds,
-        "left_out": one.left_out,
     })
 }
 

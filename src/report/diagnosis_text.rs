@@ -138,9 +138,6 @@ fn because(objection: &Objection) -> String {
         }
         Objection::Apart(label, _) => format!("its values differ by {}", label.words()),
         Objection::Replaced(_) => "unmodelled effects in its place fit about as well".to_owned(),
-        Objection::Pair(other, _) => {
-            format!("one unmodelled effect in the place of it and `{other}` fits about as well")
-        }
         Objection::NotConverged => "the fit with it does not converge".to_owned(),
     }
 }

@@ -51,7 +51,6 @@ mod places;
 mod power;
 mod practice;
 mod prior;
-mod probable;
 mod products;
 mod repeating_motion;
 mod replay;

@@ -44,7 +44,7 @@ fn an_effect_stands_beside_a_large_remainder_in_another_measurand() {
         let mut log = "az_of_source [rad],el_of_source [rad],az [rad],el [rad]\n".to_owned();
         for source in 0..160 {
             let az = f64::from(source * 67 % 160) / 160.0 * std::f64::consts::TAU;
-            let el = 0.35 + 0.85 * f64::from(source * 43 % 160) / 160.0;
+            let el = 0.1 + 1.2 * f64::from(source * 43 % 160) / 160.0;
             let read_az = az + 2e-4 + 1e-4 / el.cos() + 1e-5 * random.normal();
             let read_el = el - 1e-4 + 6e-4 * (3.0 * az).sin() + 1e-5 * random.normal();
             writeln!(log, "{az:.8},{el:.8},{read_az:.8},{read_el:.8}").unwrap();

@@ -127,7 +127,8 @@ impl Folded {
     /// The values of all columns by some sums; `None` where these are no numbers.
     fn solved(&self, sums: &DMatrix<f64>) -> Option<Solved> {
         let n = self.whole.nrows() - 1;
-        let length = DVector::from_fn(n, |column, _| self.scale(column).sqrt());
+        let square = self.whole.diagonal().remove_row(n);
+        let length = square.map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
         let factor = Factor::scaled(sums, &length, RIDGE)?;
         let values = factor.values(&factor.half(&sums.view((0, n), (n, 1)).column(0).into_owned()));
         Some(Solved { values, covariance: factor.covariance() })

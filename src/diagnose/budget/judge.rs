@@ -1,4 +1,4 @@
-//! When a row stands: eight conditions, each with its reason.
+//! When a row stands: seven conditions, each with its reason.
 //!
 //! A row is judged beside all the structure there is: basis blocks enter until none has the
 //! evidence. The row that fails with the least predictive gain goes and does not come back; then the
@@ -66,15 +66,6 @@ impl Selection<'_> {
             model = self.all_beside_rows(model);
             let own = Pieces::new(linear, self, &model);
             let Some((term, objection)) = self.worst(&model, &pools.blocks, &own) else { break };
-            if objection.is_by_blocks()
-                && let Some(block) = self.needless_beside(&model, term)
-            {
-                log.push(format!("- {}: rows do as well", self.terms[block].name));
-                self.terms[block].may_enter = false;
-                model.retain(|own| *own != block);
-                model = self.grow(model, &pools.effects, ROW, MOST, log);
-                continue;
-            }
             log.push(format!("{} does not stand: {objection:?}", self.terms[term].name));
             if let Objection::Small(noncentrality) = objection {
                 small.push((noncentrality, term));
@@ -109,13 +100,7 @@ impl Selection<'_> {
                 continue;
             }
             model = with;
-            // It may have been too small beside a row that went later.
-            if nameless.is_empty() && self.worst(&model, &pools.blocks, &own).is_none() {
-                log.push(format!("{} passes after other rows were removed", self.terms[term].name));
-                objections.retain(|(other, _)| *other != term);
-            } else {
-                nameless.push(term);
-            }
+            nameless.push(term);
         }
         Judged { model, nameless, objections }
     }
@@ -232,23 +217,8 @@ impl Selection<'_> {
                 let is_replaced = own > -margin && !is_tie() && !is_nearly_own();
                 (is_replaced || one_cause).then_some((row, Objection::Replaced(own)))
             };
-            let two = |(first, second): (usize, usize)| {
-                let pair = [model[rows[first]], model[rows[second]]];
-                let own = self.replaced(&exchange, &pair, blocks, 1).0 - evidence;
-                // Two causes that a user suspects are as probable as one that is unmodelled.
-                let are_own = pair.iter().all(|term| self.terms[*term].is_own);
-                let margin = if are_own { 0.0 } else { MARGIN };
-                let is_first = drops[first] < drops[second];
-                let (out, other) = if is_first { (first, pair[1]) } else { (second, pair[0]) };
-                let name = || self.terms[other].name.clone();
-                (own > -margin).then(|| (out, Objection::Pair(name(), own)))
-            };
-            let pairs: Vec<(usize, usize)> = (0..rows.len())
-                .flat_map(|second| (0..second).map(move |first| (first, second)))
-                .collect();
             let ones: Vec<_> = (0..rows.len()).into_par_iter().filter_map(one).collect();
-            let twos: Vec<_> = pairs.into_par_iter().filter_map(two).collect();
-            objections.extend(ones.into_iter().chain(twos));
+            objections.extend(ones);
         }
         let worst = objections.into_iter().min_by(|a, b| drops[a.0].total_cmp(&drops[b.0]));
         worst.map(|(row, objection)| (model[rows[row]], objection))

@@ -114,25 +114,4 @@ impl Selection<'_> {
         };
         all.filter(|(at, chi_squared)| may_be_zero(at, chi_squared)).collect()
     }
-
-    /// A block that takes the form of a row, and without which the evidence is no less.
-    pub(super) fn needless_beside(&self, model: &[usize], row: usize) -> Option<usize> {
-        let evidence = self.ln_evidence(model);
-        let rest = without(model, row);
-        let blocks = rest.iter().copied().filter(|term| !self.terms[*term].is_effect());
-        let left = self.form_left(&rest, model, row);
-        let mut best: Option<(f64, usize)> = None;
-        for block in blocks {
-            let without = without(&rest, block);
-            if self.form_left(&without, model, row) < 2.0 * left {
-                continue;
-            }
-            let with_row = [without, vec![row]].concat();
-            let own = self.ln_evidence(&with_row) - evidence;
-            if own > -TIE && best.is_none_or(|(known, _)| own > known) {
-                best = Some((own, block));
-            }
-        }
-        best.map(|(_, block)| block)
-    }
 }

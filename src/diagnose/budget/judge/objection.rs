@@ -19,18 +19,11 @@ pub enum Objection {
     Apart(Label, f64),
     /// Blocks in its place do as well.
     Replaced(f64),
-    /// One block in the place of it and another row does as well.
-    Pair(String, f64),
     /// The fit with it does not converge.
     NotConverged,
 }
 
 impl Objection {
-    /// Whether blocks of the model have its form, or do as well.
-    pub(super) fn is_by_blocks(&self) -> bool {
-        matches!(self, Self::WithinRemainder(_) | Self::MayBeZero(_) | Self::Replaced(_))
-    }
-
     /// Its key.
     pub fn word(&self) -> &'static str {
         match self {
@@ -41,7 +34,6 @@ impl Objection {
             Self::MayBeZero(_) => "consistent_with_zero",
             Self::Apart(..) => "differs_between_groups",
             Self::Replaced(_) => "unmodelled_fits_as_well",
-            Self::Pair(..) => "one_unmodelled_for_two",
             Self::NotConverged => "fit_does_not_converge",
         }
     }

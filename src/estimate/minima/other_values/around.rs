@@ -13,7 +13,7 @@ use crate::engine::gram::LeastSquares;
 use crate::estimate::batch::{Options, fit};
 use crate::estimate::minima::compared::{APART, Compared};
 use crate::estimate::minima::held::Held;
-use crate::estimate::minima::mirrored::Component;
+use crate::estimate::minima::other_values::Component;
 
 /// The first step, in standard uncertainties of these samples with all else held.
 const SMALL: f64 = 0.1;
