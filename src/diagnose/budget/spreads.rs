@@ -23,6 +23,8 @@ const MOST_PLACES: usize = 16;
 /// The same of a block for inputs with more places, and the readings of each on average at least.
 const MOST_LEVELS: usize = 48;
 const READINGS_OF_A_LEVEL: usize = 2;
+/// Visits of each part of an input with still more places on average at least.
+const VISITS_OF_A_LEVEL: usize = 3;
 
 /// How the inputs that vary are spread, with the places at which a line over each may bend: all of a few, or
 /// octiles of many; none of an angle that is treated as periodic.
@@ -37,12 +39,14 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
     let spread = values.into_iter().zip(alike);
     spread
         .filter_map(|((name, (is_angle, mut all)), alike)| {
+            let in_order = all.clone();
             all.sort_by(f64::total_cmp);
             let span = all.last()? - all.first()?;
             if is_angle && span > PERIODIC {
-                let mut places: Vec<f64> = all.iter().map(|one| one.rem_euclid(TAU)).collect();
+                let turned = || in_order.iter().map(|one| one.rem_euclid(TAU));
+                let mut places: Vec<f64> = turned().collect();
                 places.sort_by(f64::total_cmp);
-                let levels = levels(&distinct(&places, TAU), all.len());
+                let levels = levels(&distinct(&places, TAU), turned(), (0.0, TAU));
                 let spread = Spread::of_angle(name, &all, span);
                 return Some(spread.with_levels(levels).with_alike(alike));
             }
@@ -50,7 +54,7 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
             if places.len() < 3 {
                 return None;
             }
-            let levels = levels(&places, all.len());
+            let levels = levels(&places, in_order.iter().copied(), (all[0], span));
             if places.len() > MOST_PLACES {
                 places = (0..=KNOTS).map(|k| all[k * (all.len() - 1) / KNOTS]).collect();
                 places = distinct(&places, span);
@@ -109,9 +113,34 @@ fn distinct(sorted: &[f64], span: f64) -> Vec<f64> {
     places
 }
 
-/// Places that are too many for knots, where each has several of so many readings: none else.
-fn levels(places: &[f64], readings: usize) -> Vec<f64> {
-    let is_read_again = readings >= READINGS_OF_A_LEVEL * places.len();
-    let is_some = (MOST_PLACES + 1..=MOST_LEVELS).contains(&places.len()) && is_read_again;
-    if is_some { places.to_vec() } else { Vec::new() }
+/// Places that are too many for knots, where each has several of the readings: none else. Of more than
+/// `MOST_LEVELS` the middles of so many equal parts of a span, where those that are visited have several visits
+/// each: what comes back with the place is no noise, and of what passes once nothing does.
+fn levels(
+    places: &[f64],
+    in_order: impl ExactSizeIterator<Item = f64>,
+    (first, span): (f64, f64),
+) -> Vec<f64> {
+    if places.len() <= MOST_LEVELS {
+        let is_read_again = in_order.len() >= READINGS_OF_A_LEVEL * places.len();
+        return if places.len() > MOST_PLACES && is_read_again {
+            places.to_vec()
+        } else {
+            Vec::new()
+        };
+    }
+    let part = span / MOST_LEVELS as f64;
+    let (mut last, mut visits) = (f64::NEG_INFINITY, [0_usize; MOST_LEVELS]);
+    for place in in_order.map(|value| (value - first) / part) {
+        // What scatters about the edge of two parts visits neither anew.
+        if (place - last).abs() > 1.0 {
+            last = place.floor() + 0.5;
+            visits[(place as usize).min(MOST_LEVELS - 1)] += 1;
+        }
+    }
+    let visited = visits.iter().filter(|one| **one > 0).count();
+    if visited <= MOST_PLACES || visits.iter().sum::<usize>() < VISITS_OF_A_LEVEL * visited {
+        return Vec::new();
+    }
+    (0..MOST_LEVELS).map(|at| first + (at as f64 + 0.5) * part).collect()
 }
