@@ -31,6 +31,7 @@ mod correlation_times;
 mod curved;
 mod designs;
 mod each_effect;
+mod errors_of_inputs;
 mod finer_than_bends;
 mod found;
 mod jumps_of_clocks;

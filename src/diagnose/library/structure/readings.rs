@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use super::covariate::{Covariate, FEW, of_itself, of_the_head, of_the_rig, scale_over_campaign};
 use super::made::{Block, blocks_over};
-use super::{COARSE_ORDERS, orders, plain, waves};
+use super::{COARSE_ORDERS, directions, orders, plain, waves};
 use crate::diagnose::library::place::Of;
+use crate::formula::Formula;
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;
@@ -70,17 +71,22 @@ pub(super) fn attitudes(model: &Model) -> Vec<Block> {
     all
 }
 
-/// Errors of inputs over themselves, where there are many: what a joint of an arm does wrong is
-/// another displacement of its tool in each pose, which no function of one covariate is. An input
-/// that no formula of the model uses changes readings through effects alone: its error would have the
-/// form of an effect that is in the fit, and take its place.
+/// Errors of inputs over themselves, where there are many, or of those that several readings depend on in
+/// models without a target: what a joint of an arm does wrong is another displacement of its tool in each
+/// pose, and another error of each axis of a gyro, which no function of one covariate is. With few inputs
+/// the error of one reading is as well one over the input, and a target is displaced over what moves it.
+/// An input that no formula of the model uses changes readings through effects alone: its error would have
+/// the form of an effect that is in the fit, and take its place.
 pub(super) fn of_inputs(model: &Model) -> Vec<Block> {
     let names: BTreeSet<&str> =
         model.formulas().flat_map(|one| one.root.names()).map(|(name, _)| name).collect();
     let is_used = |input: &&InputDeclaration| names.contains(input.name.as_str());
-    let used: Vec<&InputDeclaration> = model.inputs.iter().filter(is_used).collect();
+    let mut used: Vec<&InputDeclaration> = model.inputs.iter().filter(is_used).collect();
     if used.len() <= FEW {
-        return Vec::new();
+        let reached = model.measurands.iter().map(|one| reached(model, &one.formula));
+        let reached: Vec<BTreeSet<&str>> = reached.collect();
+        let readings = |name: &str| reached.iter().filter(|own| own.contains(name)).count();
+        used.retain(|input| directions(model).is_empty() && readings(&input.name) > 1);
     }
     let of = |input: &InputDeclaration| {
         let name = &input.name;
@@ -91,4 +97,17 @@ pub(super) fn of_inputs(model: &Model) -> Vec<Block> {
         blocks_over(&Of::Channel(of), &what, &covariates, input.unit.dimension, patch)
     };
     used.into_iter().flat_map(of).collect()
+}
+
+/// The names in a formula and in the quantities that it is made of.
+fn reached<'a>(model: &'a Model, formula: &'a Formula) -> BTreeSet<&'a str> {
+    let (mut names, mut open) = (BTreeSet::new(), vec![formula]);
+    while let Some(formula) = open.pop() {
+        for (name, _) in formula.root.names() {
+            if names.insert(name) {
+                open.extend(model.quantities.get(name));
+            }
+        }
+    }
+    names
 }
