@@ -15,6 +15,7 @@
 //! | `models`, `planar` | models to begin with, where none of the library fits |
 //! | `reckoned`, `turns` | the bend of a path of dead reckoning; the scale between two headings |
 //! | `word` | a column as a campaign names it |
+//! | `neighbours` | whether successive rows are neighbours; the scatter of rows with the same inputs |
 //! | `scatter` | a standard uncertainty, from the readings |
 //! | `text` | lines of the campaign |
 //! | `unused` | which columns nothing takes, and why |
@@ -26,6 +27,7 @@ mod guess;
 mod kinds;
 mod log;
 mod models;
+mod neighbours;
 mod pairing;
 mod planar;
 mod pose;
@@ -57,6 +59,11 @@ const OF_NAMES: &str = "columns of the names or the roles of its inputs and read
 
 /// Why columns of two logs make no pair.
 const GO_TOGETHER: &str = "columns go together that are called alike, or are of one kind by their units (both lengths, both angles): a column without a unit needs one, as `L [mm]` in its header";
+
+/// Why a file is the stream.
+const BY_COLUMNS: &str = "the file with the columns of the model's inputs is the stream";
+const BY_RATE: &str = "the file with more rows a second is the stream";
+const OF_ONE_FILE: &str = "the same file is the stream";
 
 /// A campaign to begin with.
 #[derive(Clone, Debug)]
@@ -130,6 +137,7 @@ pub fn begin(
     };
     let mut notes: Vec<String> = logs.iter().flat_map(Log::faults).collect();
     let own_logs = [data, stream];
+    let by_rate = if is_alone { OF_ONE_FILE } else { BY_RATE };
     let own = match model {
         Some(own) => Some(fitted(own, data, stream)),
         None => {
@@ -151,7 +159,8 @@ pub fn begin(
         }
         let unused = unused::list(own_logs, &mut tables, OF_NAMES);
         let rest = Rest::of(&logs, &recordings, &notes);
-        let campaign = text::campaign(&fitted.name, &tables, &fitted.sigmas, &rest);
+        let why = if fitted.by_columns { BY_COLUMNS } else { by_rate };
+        let campaign = text::campaign(&fitted.name, (&tables, why), &fitted.sigmas, &rest);
         return Ok(Begun { campaign, model: None, table: None, notes, unused });
     }
     let made = match is_alone && data.stands_still() {
@@ -186,6 +195,7 @@ pub fn begin(
     let file = format!("{}.toml", made.name);
     let unused = unused::list(own_logs, &mut made.tables, made.takes);
     let rest = Rest::of(&logs, &recordings, &notes);
-    let campaign = text::campaign(&format!("./{file}"), &made.tables, &made.sigmas, &rest);
+    let campaign =
+        text::campaign(&format!("./{file}"), (&made.tables, by_rate), &made.sigmas, &rest);
     Ok(Begun { campaign, model: Some((file, made.text)), table: made.file, notes, unused })
 }

@@ -8,6 +8,7 @@ mod stream;
 
 mod begin;
 mod begin_planar;
+mod begin_stops;
 mod campaign;
 mod dates;
 mod every_effect;

@@ -4,6 +4,7 @@ use crate::campaign::begin::NamedModel;
 use crate::campaign::begin::candidate::{Candidate, base};
 use crate::campaign::begin::guess::Guess;
 use crate::campaign::begin::log::Log;
+use crate::campaign::begin::neighbours::Inputs;
 use crate::campaign::begin::scatter::Sigma;
 use crate::campaign::begin::text::Table;
 use crate::campaign::begin::word::{Word, quoted};
@@ -27,6 +28,8 @@ pub(super) struct Fitted {
     pub(super) readings: usize,
     pub(super) sigmas: Vec<Sigma>,
     is_swapped: bool,
+    /// Whether their columns decide which file is the stream.
+    pub(super) by_columns: bool,
     /// Whether the model has inputs that are streams.
     pub(super) has_streams: bool,
     /// Whether the model depends on the stamps of rows at rest, too.
@@ -53,7 +56,9 @@ pub(super) fn fitted(model: &NamedModel, data: &Log, stream: &Log) -> Fitted {
     let one = try_fit(model, data, stream, false);
     let other = try_fit(model, stream, data, true);
     let score = |fitted: &Fitted| (fitted.is_whole(), fitted.readings, usize::MAX - fitted.missing);
-    if score(&other) > score(&one) { other } else { one }
+    let by_columns = score(&other) != score(&one);
+    let better = if score(&other) > score(&one) { other } else { one };
+    Fitted { by_columns, ..better }
 }
 
 fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: bool) -> Fitted {
@@ -68,11 +73,12 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
     let of_data = wanted(&readings, data, &roles(model, true));
     let of_stream = wanted(&inputs, stream, &roles(model, false));
     let open = [open(&readings, &of_data, data), open(&inputs, &of_stream, stream)];
+    let sources = Inputs { log: stream, words: &of_stream, is_whole: open[1].is_empty() };
     let sigmas = model
         .measurands
         .iter()
         .filter(|one| of_data.iter().any(|word| word.name.starts_with(&one.name)))
-        .map(|one| Sigma::of_columns(&one.name, &of_data, data, &one.unit))
+        .map(|one| Sigma::of_columns(&one.name, &of_data, data, &one.unit, sources))
         .collect();
     Fitted {
         name: name.clone(),
@@ -83,6 +89,7 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
         open,
         sigmas,
         is_swapped,
+        by_columns: false,
         has_streams: model.inputs.iter().any(|input| input.signal),
         needs_time: needs_time(model),
     }
@@ -139,14 +146,21 @@ fn wanted(names: &[(String, Unit)], log: &Log, roles: &[(String, Role)]) -> Vec<
             let unit = columns[column].unit.clone();
             let known = guessed(column);
             let known = known.or(unit.map(|unit| Candidate { column, unit, why: String::new() }));
-            // A column without a unit has that of the model.
-            known.map(|known| match like.accepts(&known.unit) {
-                true => known,
-                false => Candidate {
-                    unit: like.clone(),
-                    why: format!("its name; the file has no unit, CHECK `{}`", like.symbol),
-                    ..known
-                },
+            // A column without a unit has that of the model; angles beyond a turn are no radians.
+            known.map(|known| {
+                if like.accepts(&known.unit) {
+                    return known;
+                }
+                let are_radians = like.is_angle() && like.factor == 1.0;
+                let degrees = Unit::parse("deg").ok();
+                let degrees = degrees.filter(|_| are_radians && columns[column].seems_in_degrees());
+                let (unit, because) = match degrees {
+                    Some(degrees) => (degrees, " and its values go beyond a turn in rad"),
+                    None => (like.clone(), ""),
+                };
+                let why =
+                    format!("its name; the file has no unit{because}, CHECK `{}`", unit.symbol);
+                Candidate { unit, why, ..known }
             })
         });
         let role = roles.iter().find(|(own, _)| own == name).map(|(_, role)| *role);

@@ -57,9 +57,7 @@ impl Guess {
         taken.extend(position.into_iter().flatten());
         let free = |column: &usize| !taken.contains(column) && all[*column].moves();
         let angle = |column: usize| {
-            let largest =
-                all[column].values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-            guessed(column, if largest > 7.0 { "deg" } else { "rad" }, "angle")
+            guessed(column, if all[column].seems_in_degrees() { "deg" } else { "rad" }, "angle")
         };
         let of_heading = pose::heading(all, &free);
         let other = |column: usize| {

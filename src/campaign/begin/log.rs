@@ -16,8 +16,6 @@ pub(super) struct Log {
 const MOST_NAMES: usize = 20;
 /// Rows farther apart (s) are stops, not a motion.
 const STOPS: f64 = 10.0;
-/// A third difference of so much of the whole way is no curve.
-pub(super) const LEAP: f64 = 0.05;
 
 impl Log {
     /// The names of its columns.
@@ -89,7 +87,7 @@ impl Log {
         let is_time = |at: usize| self.guess.time.as_ref().is_some_and(|time| time.has(at));
         let columns = self.survey.columns.iter().enumerate();
         let mut moving = columns.filter(|(at, column)| !is_time(*at) && column.moves());
-        spacing > STOPS || moving.all(|(_, column)| column.leaps() > LEAP)
+        spacing > STOPS || moving.all(|(_, column)| column.leaps())
     }
 
     /// The mean time between its rows (s).

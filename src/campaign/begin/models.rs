@@ -2,6 +2,7 @@
 
 use crate::campaign::begin::candidate::{Candidate, base};
 use crate::campaign::begin::log::Log;
+use crate::campaign::begin::neighbours::Inputs;
 use crate::campaign::begin::scatter::Sigma;
 use crate::campaign::begin::text::Table;
 use crate::campaign::begin::word::{Word, quoted};
@@ -260,11 +261,10 @@ impl Parts {
             of_data.extend(Word::of(name, data, Some(own)));
             of_stream.extend(Word::of(&format!("ref_{name}"), stream, Some(other)));
         }
-        let sigmas = pairs.iter().map(|pair| {
-            let Pair { name, own, .. } = pair;
-            Sigma::of_columns(name, &of_data, data, &own.unit)
-        });
-        let sigmas = sigmas.collect();
+        let sources = Inputs { log: stream, words: &of_stream, is_whole: true };
+        let sigma =
+            |pair: &Pair| Sigma::of_columns(&pair.name, &of_data, data, &pair.own.unit, sources);
+        let sigmas = pairs.iter().map(sigma).collect();
         Self { inputs, parameters, measurands, of_data, of_stream, sigmas }
     }
 

@@ -3,6 +3,7 @@
 
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::models::{Made, tables};
+use crate::campaign::begin::neighbours::Inputs;
 use crate::campaign::begin::reckoned::{BEND, Reckoned, not_computed};
 use crate::campaign::begin::scatter::Sigma;
 use crate::campaign::begin::text::Table;
@@ -64,11 +65,12 @@ pub(super) fn planar(
     notes.extend(not_computed(data, stream));
     let text = reckoned.as_ref().map_or(text.clone(), |own| own.model(&text, &smooth(stream)));
     let units = [("x", "m"), ("y", "m"), ("heading", "rad")];
+    let sources = Inputs { log: stream, words: &of_stream, is_whole: true };
     let sigmas = units.map(|(name, symbol)| {
         let unit = Unit::parse(symbol).unwrap_or_else(|_| Unit::one());
         match reckoned.as_ref().is_some_and(|own| own.is_of_data) {
             true => Sigma::of_integrated(name, &of_data, data, &unit),
-            false => Sigma::of_columns(name, &of_data, data, &unit),
+            false => Sigma::of_columns(name, &of_data, data, &unit, sources),
         }
     });
     let mut tables = tables((data, of_data), (stream, of_stream));

@@ -2,9 +2,10 @@
 //!
 //! Divided differences of a higher order leave less of a curve, and as much of white noise. Where one order
 //! leaves about as much as the order below it, both are noise. Rows that are too sparse for that show an
-//! upper bound at most.
+//! upper bound at most. Where rows jump from one to the next, those of the same inputs show the noise, or none.
 
-use crate::campaign::begin::log::{LEAP, Log};
+use crate::campaign::begin::log::Log;
+use crate::campaign::begin::neighbours::Inputs;
 use crate::campaign::begin::survey::Surveyed;
 use crate::campaign::begin::word::Word;
 use crate::campaign::glitches::least_step;
@@ -29,21 +30,44 @@ const READABLE: [&str; 10] = ["m", "mm", "um", "nm", "rad", "mrad", "urad", "s",
 #[derive(Clone, Debug)]
 pub(super) struct Sigma {
     pub(super) measurand: String,
-    /// With its unit.
-    pub(super) value: String,
-    /// From what it is guessed.
+    /// With its unit; nothing where no row shows it.
+    pub(super) value: Option<String>,
+    pub(super) unit: Unit,
+    /// From what it is guessed, or why it is not.
     pub(super) why: &'static str,
 }
 
 impl Sigma {
     /// Of a size in SI; `unit` is that of the measurand.
     pub(super) fn of(measurand: &str, size: f64, unit: &Unit, why: &'static str) -> Self {
-        Self { measurand: measurand.to_owned(), value: written(size, unit), why }
+        let value = Some(written(size, unit));
+        Self { measurand: measurand.to_owned(), value, unit: unit.clone(), why }
     }
 
     /// Of the columns of a log that are a measurand: the largest of theirs.
-    pub(super) fn of_columns(measurand: &str, words: &[Word], log: &Log, unit: &Unit) -> Self {
-        Self::largest(measurand, words, (log, unit), |column| scatter(log, column))
+    pub(super) fn of_columns(
+        measurand: &str,
+        words: &[Word],
+        log: &Log,
+        unit: &Unit,
+        inputs: Inputs<'_>,
+    ) -> Self {
+        let jump = inputs.jump(log);
+        let size = |column: &Surveyed| {
+            // A smooth course of readings is one, whatever noise an input has beside it.
+            if !jump || !log.stands_still() && !column.leaps() {
+                return Some(scatter(log, column));
+            }
+            let scatter = inputs.repeatability(log, column)?;
+            Some((scatter, "the scatter of readings at the same inputs"))
+        };
+        let own = Self::largest(measurand, words, (log, unit), size);
+        own.unwrap_or_else(|| Self {
+            measurand: measurand.to_owned(),
+            value: None,
+            unit: unit.clone(),
+            why: "rows are in any order, and none repeats the inputs of another: nothing shows the noise",
+        })
     }
 
     /// The same of what a recorder integrates: its scatter is far smaller than its errors.
@@ -51,32 +75,33 @@ impl Sigma {
         let of_way = |column: &Surveyed| {
             let least = OF_WAY * column.way();
             let why = "0.2 % of the way: the errors of a path of dead reckoning are no scatter";
-            (scatter(log, column).0.max(least), why)
+            Some((scatter(log, column).0.max(least), why))
         };
-        Self::largest(measurand, words, (log, unit), of_way)
+        let own = Self::largest(measurand, words, (log, unit), of_way);
+        own.unwrap_or_else(|| Self::of(measurand, 0.0, unit, "no column"))
     }
 
-    /// The largest of some columns.
+    /// The largest of some columns, if each has a size.
     fn largest(
         measurand: &str,
         words: &[Word],
         (log, unit): (&Log, &Unit),
-        size: impl Fn(&Surveyed) -> (f64, &'static str),
-    ) -> Self {
+        size: impl Fn(&Surveyed) -> Option<(f64, &'static str)>,
+    ) -> Option<Self> {
         let is_own = |word: &&Word| {
             word.name == measurand
                 || word.name.strip_prefix(measurand).is_some_and(|rest| rest.starts_with('_'))
         };
         let own = words.iter().filter(is_own).filter(|word| word.name != TIME);
         let all = own.map(|word| {
-            let (scatter, why) = size(&log.survey.columns[word.candidate.column]);
+            let (scatter, why) = size(&log.survey.columns[word.candidate.column])?;
             // The angle of a rotation is two times that of its quaternion.
             let times = if word.name == measurand { 1.0 } else { 2.0 };
-            (times * scatter * word.candidate.unit.factor, why)
+            Some((times * scatter * word.candidate.unit.factor, why))
         });
-        let largest = all.max_by(|a, b| a.0.total_cmp(&b.0));
-        let (size, why) = largest.unwrap_or((0.0, "no column"));
-        Self::of(measurand, size, unit, why)
+        let all: Option<Vec<(f64, &'static str)>> = all.collect();
+        let (size, why) = all?.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(Self::of(measurand, size, unit, why))
     }
 }
 
@@ -90,7 +115,7 @@ fn scatter(log: &Log, column: &Surveyed) -> (f64, &'static str) {
     let of_order: Vec<f64> =
         (lowest..=highest).map(|order| differences(times, values, order)).collect();
     let is_noise = |pair: &&[f64]| pair[1] >= NOISE * pair[0];
-    let noise = of_order.windows(2).find(is_noise).filter(|_| column.leaps() <= LEAP);
+    let noise = of_order.windows(2).find(is_noise).filter(|_| !column.leaps());
     match noise {
         Some(pair) => {
             (pair[0].min(pair[1]).max(rounding), "the scatter of its readings about a smooth curve")

@@ -1,5 +1,6 @@
 //! The first rows of a table with all of its columns, whatever they are: for guesses alone.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::campaign::calendar::{Calendar, calendar, seeming};
@@ -20,6 +21,15 @@ use crate::units::Unit;
 const MOST_ROWS: usize = 200_000;
 /// Columns that are looked at.
 const MOST_COLUMNS: usize = 200;
+
+/// A third difference of so much of the whole way is no curve.
+const LEAP: f64 = 0.05;
+/// What can be read.
+const OF_TEXT: &str = "name text tables: CSV, or of blanks";
+
+/// Clearly more than a turn in radians, and such a part of all values.
+const BEYOND_A_TURN: f64 = 7.0;
+const MANY: f64 = 0.05;
 
 /// A column of a table.
 #[derive(Clone, Debug)]
@@ -59,18 +69,21 @@ impl Surveyed {
         2 * count > self.values.len() && most > least
     }
 
-    /// How much it leaps from row to row: the median of third differences over the whole way.
-    pub(super) fn leaps(&self) -> f64 {
-        let finite: Vec<f64> = self.values.iter().copied().filter(|v| v.is_finite()).collect();
-        let third = |four: &[f64]| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs();
-        let mut third: Vec<f64> = finite.windows(4).map(third).collect();
-        let middle = third.len() / 2;
+    /// Whether it leaps from most rows to the next ones.
+    pub(super) fn leaps(&self) -> bool {
+        self.leaping(1) > 0.5
+    }
+
+    /// The part of rows, of every n-th, from which it leaps: of third differences that are a large part of the
+    /// whole way, and so of no curve.
+    pub(super) fn leaping(&self, every: usize) -> f64 {
+        let rows = self.values.iter().copied().step_by(every.max(1));
+        let finite: Vec<f64> = rows.filter(|v| v.is_finite()).collect();
         let most = finite.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let least = finite.iter().copied().fold(f64::INFINITY, f64::min);
-        if third.is_empty() || most <= least {
-            return 0.0;
-        }
-        *third.select_nth_unstable_by(middle, f64::total_cmp).1 / (most - least)
+        let third = |four: &[f64]| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs();
+        let leaps = finite.windows(4).filter(|four| third(four) > LEAP * (most - least)).count();
+        leaps as f64 / finite.len().saturating_sub(3).max(1) as f64
     }
 
     /// The range of its values but for the least and the largest twentieth, which may be outliers.
@@ -83,6 +96,12 @@ impl Surveyed {
             (Some(least), Some(most)) => most - least,
             _ => 0.0,
         }
+    }
+
+    /// Whether an angle without a unit seems to be in degrees: many of its values are no radians of one turn.
+    pub(super) fn seems_in_degrees(&self) -> bool {
+        let beyond = self.values.iter().filter(|value| value.abs() > BEYOND_A_TURN).count();
+        beyond as f64 > MANY * self.values.len() as f64
     }
 
     /// The largest difference of two of its values.
@@ -116,11 +135,17 @@ impl Survey {
     /// Looks at a file.
     pub(super) fn of(path: &Path, named: &Path) -> Result<Self, Diagnostic> {
         let unreadable = |error: std::io::Error| {
-            Diagnostic::error(reason(path, &error)).help("name text tables: CSV, or of blanks")
+            let fault = Diagnostic::error(reason(path, &error));
+            match error.kind() {
+                ErrorKind::NotFound => fault,
+                _ => fault.help(OF_TEXT),
+            }
         };
         let mut lines = open_regular(path).and_then(Lines::of).map_err(unreadable)?;
         let form = Form::default();
-        let head = Head::of(lines.head(head_lines(&form)).map_err(unreadable)?);
+        let first = lines.head(head_lines(&form)).map_err(unreadable)?;
+        let is_empty = first.trim_ascii().is_empty();
+        let head = Head::of(first);
         let layout = head.layout(&form);
         let above = layout.as_ref().and_then(|layout| {
             let row = head.rows.get(layout.preamble.checked_sub(1)?)?.1;
@@ -129,8 +154,11 @@ impl Survey {
         });
         let above = above.unwrap_or_default();
         let Some(layout) = layout else {
+            if is_empty {
+                return Err(Diagnostic::error(format!("the file `{}` is empty", path.display())));
+            }
             let message = format!("`{}` holds no table of text", path.display());
-            return Err(Diagnostic::error(message).help("name text tables: CSV, or of blanks"));
+            return Err(Diagnostic::error(message).help(OF_TEXT));
         };
         let header = layout.header.as_ref();
         let heads: Vec<&str> = match header {

@@ -94,11 +94,16 @@ impl Rest {
     }
 }
 
-/// The whole campaign: data and stream, and the uncertainties of its measurands.
-pub(super) fn campaign(model: &str, tables: &[Table], sigmas: &[Sigma], rest: &Rest) -> String {
+/// The whole campaign: data and stream, why they are that, and the uncertainties of its measurands.
+pub(super) fn campaign(
+    model: &str,
+    (tables, why): (&[Table], &str),
+    sigmas: &[Sigma],
+    rest: &Rest,
+) -> String {
     let mut text = format!(
-        "# Begun by `homepoint new campaign`. Look at every line with `guessed`: units, roles and\n\
-         # uncertainties are guesses from names and values. Then: `homepoint check` this file.\n\
+        "# Begun by `homepoint new campaign`. Look at every line with `guessed` or `WRITE`: units,\n\
+         # roles and uncertainties are guesses from names and values. Then: `homepoint check` this file.\n\
          title = \"Begun from logs\"\nmodel = {}\n",
         quoted(model)
     );
@@ -107,11 +112,16 @@ pub(super) fn campaign(model: &str, tables: &[Table], sigmas: &[Sigma], rest: &R
                  # delay_range = [\"-8 s\", \"-4 s\"]\n";
     }
     text += "\n[measurands]\n";
-    for Sigma { measurand, value, why } in sigmas {
-        let value = quoted(value);
-        text += &format!(
-            "{measurand} = {{ sigma = {value} }}   # guessed: {why}; state what you know\n"
-        );
+    for Sigma { measurand, value, unit, why } in sigmas {
+        text += &match value.as_deref().map(quoted) {
+            Some(value) => format!(
+                "{measurand} = {{ sigma = {value} }}   # guessed: {why}; state what you know\n"
+            ),
+            None => format!(
+                "# {measurand} = {{ sigma = {} }}   # WRITE it: {why}\n",
+                quoted(&format!("... {}", unit.of_differences().symbol))
+            ),
+        };
     }
     text += "\n[[runs]]\nname = \"one\"\n";
     if let [data, streams @ ..] = tables {
@@ -119,10 +129,7 @@ pub(super) fn campaign(model: &str, tables: &[Table], sigmas: &[Sigma], rest: &R
         let streams: Vec<String> =
             streams.iter().map(|stream| format!("    {},\n", stream.text("    "))).collect();
         if !streams.is_empty() {
-            text += &format!(
-                "signals = [   # guessed: the file with more rows a second is the stream\n{}]\n",
-                streams.concat()
-            );
+            text += &format!("signals = [   # guessed: {why}\n{}]\n", streams.concat());
         }
     }
     for line in &rest.0 {
