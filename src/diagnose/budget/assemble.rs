@@ -1,5 +1,7 @@
 //! The answer, put together from what the driver found. It looks for nothing.
 
+use std::collections::HashSet;
+
 use crate::diagnose::library::prior::Prior;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::contradicted::contradicted;
@@ -137,15 +139,14 @@ impl<'a> Budget<'a> {
     /// Effects that did not stand as rows, the last reason of each.
     fn doubtful(&self, objections: &[(String, Objection)]) -> Vec<Doubtful> {
         let Self { linear, selection, .. } = self;
-        let mut found: Vec<Doubtful> = Vec::new();
+        let mut found = Vec::new();
+        let mut seen = HashSet::new();
         for (name, objection) in objections.iter().rev() {
             let term = (0..linear.terms.len()).find(|n| linear.terms[*n].name == *name);
-            let Some(term) = term.filter(|_| !found.iter().any(|one| one.name == *name)) else {
-                continue;
-            };
+            let Some(term) = term.filter(|_| seen.insert(name)) else { continue };
             let rows = without(&selection.rows_of(self.model), term);
             let gain = selection.gain(&rows, term);
-            if gain.degrees > 0 {
+            if objection.leaves_candidate(gain) {
                 found.push(Doubtful {
                     name: name.clone(),
                     gain,

@@ -19,7 +19,7 @@ use crate::engine::open::Recipe;
 use crate::graph::MeasurandKind;
 use crate::model::{MeasurandDeclaration, Model};
 use crate::system::Selected;
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 use super::candidate::{Candidate, Joined};
 use super::place::{ALL_READINGS, Of, TIME_OF};
@@ -172,7 +172,13 @@ fn displacements(model: &Model, covariates: &[Covariate]) -> Vec<Block> {
     let along = |(channel, direction): &(&str, &str)| {
         let of = Of::Channel((*channel).to_owned());
         let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
-        blocks_over(&of, &displacement(channel), covariates, Dimension::LENGTH, patch)
+        blocks_over(
+            &of,
+            &displacement(channel),
+            covariates,
+            &Unit::coherent(Dimension::LENGTH),
+            patch,
+        )
     };
     directions(model).iter().flat_map(along).collect()
 }
@@ -186,7 +192,7 @@ fn rig(model: &Model) -> Vec<Block> {
     let covariates = [over_time(), slow, slowest, over_runs()].map(Covariate::along_axes);
     let (of, what) = ("rig".to_owned(), "a displacement of the instrument or the rig");
     let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
-    blocks_over(&Of::Channel(of), what, &covariates, Dimension::LENGTH, patch)
+    blocks_over(&Of::Channel(of), what, &covariates, &Unit::coherent(Dimension::LENGTH), patch)
 }
 
 /// Displacements of the rig by what moves: its pedestal gives way to imbalance and torque, in
@@ -200,7 +206,7 @@ fn pedestal(model: &Model) -> Vec<Block> {
     let covariates: Vec<Covariate> = covariates.collect();
     let (of, what) = ("pedestal".to_owned(), "a displacement of the rig's pedestal");
     let patch = |sum: &str| format!("target = 'target + {sum}'");
-    blocks_over(&Of::Channel(of), what, &covariates, Dimension::LENGTH, patch)
+    blocks_over(&Of::Channel(of), what, &covariates, &Unit::coherent(Dimension::LENGTH), patch)
 }
 
 fn displacement(channel: &str) -> String {
@@ -226,7 +232,7 @@ fn timing(model: &Model) -> Vec<Block> {
             names.iter().map(line).collect()
         };
         let of = Of::Channel(format!("{TIME_OF}{of}"));
-        blocks_over(&of, &what, &covariates, Dimension::TIME, patch)
+        blocks_over(&of, &what, &covariates, &Unit::second(), patch)
     };
     groups.into_iter().flat_map(of_group).collect()
 }

@@ -268,7 +268,7 @@ mod tests {
             let covariate = bent(&model.inputs[0], &[-11.7, 0.03, 2.0]);
             let of = Of::Measurand("y".to_owned());
             let patch = |sum: &str| format!("y = 'y + {sum}'\n");
-            let made = blocks_over(&of, "an error of `y`", &[covariate], Dimension::NONE, patch);
+            let made = blocks_over(&of, "an error of `y`", &[covariate], &Unit::one(), patch);
             assert_eq!(made.len(), 1, "{unit}");
         }
     }

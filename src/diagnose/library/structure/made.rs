@@ -13,12 +13,12 @@ use crate::diagnose::library::place::{Of, Place};
 pub(super) type Block = (Arc<Effect>, Place);
 
 /// Blocks of what is wrong, with a phrase for that, over each of some covariates: the sum of
-/// coefficients times terms, put into a patch.
+/// coefficients times terms, put into a patch. `unit` is that of the error: one of an angle is in rad.
 pub(super) fn blocks_over(
     of: &Of,
     what: &str,
     covariates: &[Covariate],
-    dimension: Dimension,
+    unit: &Unit,
     patch: impl Fn(&str) -> String,
 ) -> Vec<Block> {
     let (kind, wrong) = match of {
@@ -30,7 +30,11 @@ pub(super) fn blocks_over(
         let place = Place { orders: *orders, ..Place::new(of.clone(), over, words) };
         let (mut coefficients, mut sum) = (Vec::new(), Vec::new());
         for (number, (term, of)) in terms.iter().enumerate() {
-            coefficients.push((format!("part_{number}"), Unit::coherent(dimension / *of)));
+            let own = match unit.is_angle() && *of == Dimension::NONE {
+                true => unit.clone(),
+                false => Unit::coherent(unit.dimension / *of),
+            };
+            coefficients.push((format!("part_{number}"), own));
             sum.push(format!("part_{number} * {term}"));
         }
         let name = format!("unknown_{kind}_{wrong}_{name}");
@@ -80,4 +84,23 @@ fn called(name: &str) -> String {
     });
     let beginning: String = plain.into_iter().take(LONGEST - 17).collect();
     format!("{beginning}_{number:016x}")
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use super::*;
+
+    /// An error of an angle is one, whatever the input is stated in.
+    #[test]
+    fn errors_of_angles_are_in_radians() {
+        let unit = Unit::parse("deg").unwrap();
+        let terms = vec![("cos(joint)".to_owned(), Dimension::NONE)];
+        let of = Of::Channel("input joint".to_owned());
+        let patch = |sum: &str| format!("joint = 'joint + {sum}'");
+        let covariate = Covariate::new("joint", terms);
+        let all = blocks_over(&of, "an error of the input `joint`", &[covariate], &unit, patch);
+        assert_eq!(all[0].0.parameters[0].unit.symbol, "rad");
+    }
 }

@@ -9,7 +9,6 @@ use crate::diagnose::library::place::Of;
 use crate::formula::Formula;
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
-use crate::units::Dimension;
 
 /// Waves of an error over an input that turns.
 const INPUT_ORDERS: usize = 3;
@@ -40,7 +39,7 @@ pub(super) fn errors(measurand: &MeasurandDeclaration, covariates: &[Covariate])
     let name = &measurand.name;
     let (of, what) = (Of::Measurand(name.clone()), format!("an error of `{name}`"));
     let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
-    blocks_over(&of, &what, covariates, measurand.unit.dimension, patch)
+    blocks_over(&of, &what, covariates, &measurand.unit, patch)
 }
 
 /// Errors of readings that are rotations: turns about the axes of what is looked at, and about
@@ -48,7 +47,8 @@ pub(super) fn errors(measurand: &MeasurandDeclaration, covariates: &[Covariate])
 pub(super) fn attitudes(model: &Model) -> Vec<Block> {
     let mut all = Vec::new();
     let rotations = model.measurands.iter().filter(|one| one.kind == MeasurandKind::Rotation);
-    for MeasurandDeclaration { name, .. } in rotations {
+    for measurand in rotations {
+        let name = &measurand.name;
         let mut covariates = of_the_rig(model, COARSE_ORDERS);
         covariates.extend(of_the_head(model));
         covariates.extend(waves::slow());
@@ -65,7 +65,7 @@ pub(super) fn attitudes(model: &Model) -> Vec<Block> {
             let what = format!("an error of `{name}` about {axes}");
             let patch = |sum: &str| format!("{name} = '{before}turn({sum}){after}'");
             let of = Of::Measurand(name.clone());
-            all.extend(blocks_over(&of, &what, &covariates, Dimension::NONE, patch));
+            all.extend(blocks_over(&of, &what, &covariates, &measurand.unit, patch));
         }
     }
     all
@@ -94,7 +94,7 @@ pub(super) fn of_inputs(model: &Model) -> Vec<Block> {
         let mut covariates = vec![of_itself(input, INPUT_ORDERS)];
         covariates.extend(input.unit.is_angle().then(|| waves::over_circle(name)));
         let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
-        blocks_over(&Of::Channel(of), &what, &covariates, input.unit.dimension, patch)
+        blocks_over(&Of::Channel(of), &what, &covariates, &input.unit, patch)
     };
     used.into_iter().flat_map(of).collect()
 }
