@@ -5,6 +5,7 @@
 
 pub mod dimension;
 pub mod display;
+mod multiple;
 mod nearest;
 pub mod parse;
 

@@ -17,6 +17,7 @@ impl Table {
                 is_named: false,
                 wanted: Some(name),
                 unit: want.map_or_else(Unit::one, |want| want.unit.clone()),
+                is_unit_in_header: false,
                 index: computation.sources.first().copied().unwrap_or(0),
                 values: Vec::new(),
             });

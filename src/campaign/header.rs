@@ -123,8 +123,16 @@ pub(crate) fn read(
         let (name, unit) = split(cell);
         let is_named = !name.is_empty();
         let name = if is_named { name.to_owned() } else { (index + 1).to_string() };
-        let mut column =
-            Column { name, is_named, wanted: None, unit: Unit::one(), index, values: Vec::new() };
+        let is_known = |text: &str| !text.trim().is_empty() && Unit::parse(text).is_ok();
+        let mut column = Column {
+            name,
+            is_named,
+            wanted: None,
+            unit: Unit::one(),
+            is_unit_in_header: unit.is_some_and(|(text, _)| is_known(text)),
+            index,
+            values: Vec::new(),
+        };
         if let Some(Chosen { want, stated, usual, is_added }) = chosen.get(&index) {
             let is_source = !wanted.iter().any(|own| std::ptr::eq(own, *want));
             column.wanted = Some(match (is_source, is_added) {

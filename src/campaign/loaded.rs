@@ -17,6 +17,17 @@ use crate::model::Override;
 use crate::progress::Progress;
 use crate::units::{DisplayUnits, Unit};
 
+/// The unit in which a column is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeadUnit {
+    /// The model's name.
+    pub name: String,
+    /// The unit.
+    pub unit: Unit,
+    /// Whether the header of the file states it.
+    pub is_in_header: bool,
+}
+
 /// How to read the data.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
@@ -114,8 +125,8 @@ pub struct Campaign {
     pub timing: Option<Timing>,
     /// The time from request to reply in each run that captured it.
     pub request_to_reply: Vec<RequestToReply>,
-    /// The units that files state of columns, by the model's names, each once.
-    pub head_units: Vec<(String, Unit)>,
+    /// The units in which columns are read, each once.
+    pub head_units: Vec<HeadUnit>,
     /// What the user should look at.
     pub warnings: Vec<Diagnostic>,
     /// Rows left out, of each file the first [`MOST_LISTED`](super::table::MOST_LISTED).

@@ -9,7 +9,7 @@ use crate::campaign::declared::RunEntry;
 use crate::campaign::delay_range::DelayRange;
 use crate::campaign::form::Form;
 use crate::campaign::header::Wanted;
-use crate::campaign::loaded::LeftOut;
+use crate::campaign::loaded::{HeadUnit, LeftOut};
 use crate::campaign::recorder::Store;
 use crate::campaign::spline::Smoothing;
 use crate::campaign::streamed::Streamed;
@@ -22,7 +22,6 @@ use crate::document::entries::{Named, Reader};
 use crate::document::files::Files;
 use crate::model::Model;
 use crate::progress::{Progress, Task};
-use crate::units::Unit;
 
 /// What is settled of an input for the whole campaign.
 #[derive(Clone, Debug)]
@@ -61,8 +60,7 @@ pub(crate) struct Loader<'a> {
     pub(crate) bytes: (u64, u64),
     pub(crate) timing: Option<Timing>,
     pub(crate) request_to_reply: Vec<RequestToReply>,
-    /// The units that files state of what was wanted, by its name, each once.
-    pub(crate) head_units: Vec<(String, Unit)>,
+    pub(crate) head_units: Vec<HeadUnit>,
 }
 
 impl Loader<'_> {
@@ -102,7 +100,11 @@ impl Loader<'_> {
         let mut table = self.told(name, table)?;
         for column in &table.columns {
             let Some(wanted) = &column.wanted else { continue };
-            let one = (wanted.clone(), column.unit.clone());
+            let one = HeadUnit {
+                name: wanted.clone(),
+                unit: column.unit.clone(),
+                is_in_header: column.is_unit_in_header,
+            };
             if !self.head_units.contains(&one) {
                 self.head_units.push(one);
             }

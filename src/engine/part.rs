@@ -11,6 +11,7 @@ mod slot;
 use std::ops::Range;
 
 use crate::campaign::delay_range::DelayRange;
+use crate::campaign::loaded::HeadUnit;
 use crate::campaign::{Run, Sample, Track};
 use crate::engine::found_starts::FoundStart;
 use crate::engine::gauss_markov::GaussMarkov;
@@ -56,8 +57,8 @@ pub struct Part {
     pub found_starts: Vec<FoundStart>,
     /// From when the times of samples count (s).
     pub zero: i64,
-    /// The units that files state of inputs and measurands, by name, each once.
-    pub head_units: Vec<(String, Unit)>,
+    /// The units in which columns of inputs and measurands are read, each once.
+    pub head_units: Vec<HeadUnit>,
     /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever
     /// the same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
     pub calibration: Vec<f64>,

@@ -28,12 +28,13 @@
 //! | `typed` | the fit that the line to type makes |
 //! | `suspect` | what may have been mistaken, of either kind |
 
+use crate::campaign::loaded::HeadUnit;
 use crate::convention::{Convention, Form};
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::minima::thinned::Thinned;
 use crate::estimate::start::start;
 use crate::graph::Kind;
-use crate::units::{Dimension, Unit};
+use crate::units::Dimension;
 
 mod applied;
 mod channels;
@@ -102,6 +103,8 @@ pub struct Mistaken {
     pub run: Option<String>,
     /// What each number is, as a formula of the columns as they were read.
     pub columns: Vec<(String, String)>,
+    /// Numbers whose unit the header of a file states.
+    pub in_headers: Vec<String>,
     /// The model's formulas that are to be changed.
     pub formulas: Vec<ChangedFormula>,
     /// Variance factors of all readings: as the numbers stand, and of the fit that the line to type
@@ -134,6 +137,7 @@ impl Mistaken {
             stated: None,
             run: None,
             columns: Vec::new(),
+            in_headers: Vec::new(),
             formulas: Vec::new(),
             variance_factors: [stands.of_all; 2],
             without_outliers: [stands.variance_factor; 2],
@@ -164,8 +168,7 @@ pub fn mistaken(
     conventions: &[Convention],
 ) -> Option<Mistaken> {
     let first = problem.parts.first()?;
-    let heads: Vec<(String, Unit)> =
-        problem.parts.iter().flat_map(|part| part.head_units.iter().cloned()).collect();
+    let heads: Vec<&HeadUnit> = problem.parts.iter().flat_map(|part| &part.head_units).collect();
     let whole = Thinned::of(&with_periods(problem), SAMPLES[1]);
     let numbers = whole.late_by(0.0, &[])?;
     let channels = Channels::of(&first.system.assembly.names, &heads, &of_unit_length(&numbers));
@@ -235,6 +238,8 @@ pub fn mistaken(
         found.run = Some(problem.parts[only.part].runs[only.run].name.clone());
     }
     found.not_tried = not_tried;
+    let in_headers = heads.iter().filter(|head| head.is_in_header);
+    found.in_headers = in_headers.map(|head| head.name.clone()).collect();
     (!found.what.is_empty()).then_some(found)
 }
 

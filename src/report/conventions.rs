@@ -68,9 +68,11 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
 
 /// What to type, in the runs in which it was mistaken.
 fn typed(found: &Mistaken, runs: &[RunEntry]) -> TypedColumns {
-    let Some(name) = &found.run else { return TypedColumns::of(&found.columns, runs) };
+    let Some(name) = &found.run else {
+        return TypedColumns::of(&found.columns, runs, &found.in_headers);
+    };
     let own = runs.iter().find(|run| run.name.text == *name).map_or(&[][..], std::slice::from_ref);
-    let mut typed = TypedColumns::of(&found.columns, own);
+    let mut typed = TypedColumns::of(&found.columns, own, &found.in_headers);
     typed.place = format!("{} of run `{name}`", typed.place);
     typed
 }

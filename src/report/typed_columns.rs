@@ -8,6 +8,9 @@ use crate::diagnostic::Source;
 use crate::formula::{Expression, ExpressionKind, Formula};
 use crate::formula::{isolate::replaced, show::text};
 
+/// Relative rounding of formulas.
+const SAME: f64 = 1e-9;
+
 /// The entries of `columns`, and where they belong.
 #[derive(Debug)]
 pub(super) struct TypedColumns {
@@ -17,8 +20,13 @@ pub(super) struct TypedColumns {
 }
 
 impl TypedColumns {
-    /// Of formulas in the model's names, for the runs of a campaign.
-    pub(super) fn of(formulas: &[(String, String)], runs: &[RunEntry]) -> Self {
+    /// Of formulas in the model's names, for the runs of a campaign. Of numbers `in_headers` the header of a
+    /// file states the unit, beside which no other one may be stated.
+    pub(super) fn of(
+        formulas: &[(String, String)],
+        runs: &[RunEntry],
+        in_headers: &[String],
+    ) -> Self {
         let words = |run: &RunEntry| -> Vec<ColumnWord> {
             let tables = run.data.iter().chain(&run.signals).flat_map(|table| &table.columns);
             tables.chain(&run.columns).cloned().collect()
@@ -28,7 +36,11 @@ impl TypedColumns {
         let mut is_there = false;
         for (name, formula) in formulas {
             is_there |= known.iter().any(|word| word.name.text == *name);
-            let value = in_names_of_files(formula, &known, &mut entries);
+            let own = known.iter().find(|word| word.name.text == *name);
+            let own = own.filter(|_| !in_headers.contains(name));
+            let value = own
+                .and_then(|word| in_other_unit(formula, word))
+                .unwrap_or_else(|| in_names_of_files(formula, &known, &mut entries));
             entries.insert(name.clone(), value);
         }
         let place = match (is_there, runs.len() > 1) {
@@ -49,6 +61,19 @@ impl TypedColumns {
         let each = self.entries.iter().map(|(name, value)| format!("{name} = {}", toml(value)));
         format!("columns = {{ {} }}", each.collect::<Vec<_>>().join(", "))
     }
+}
+
+/// The entry of a column with another unit, where that is all that a formula of it says.
+fn in_other_unit(formula: &str, word: &ColumnWord) -> Option<Value> {
+    let unit = word.unit.as_ref().filter(|_| word.formula.is_none() && word.added.is_empty())?;
+    let mut entry = word.written.as_object()?.clone();
+    let parsed = Formula::parse(Source::new("columns", formula), 0, formula).ok()?;
+    let at = |value: f64| parsed.root.value(&|name| (name == word.name.text).then_some(value));
+    let times = at(1.0)?;
+    let is_scale = at(0.0)? == 0.0 && (at(-2.0)? / times + 2.0).abs() < SAME;
+    let other = unit.times(times).filter(|_| is_scale)?;
+    entry.insert("unit".to_owned(), other.symbol.into());
+    Some(entry.into())
 }
 
 /// A formula in which what files call otherwise has a name of its own, with its entry.

@@ -134,3 +134,43 @@ fn uncertainties_in_another_unit_leave_a_delay_determined() {
     let text = homepoint::report::text::calibration("", &wrong);
     assert!(text.contains("in another unit perhaps"), "{text}");
 }
+
+/// A table and a reading of it, whose header states units or not; the campaign states radians.
+fn table_in_degrees(heads: &str) -> Folder {
+    let model = "name = \"table\"\n[inputs]\ntilt = { unit = \"rad\" }\n[parameters]\nzero = { unit = \"rad\" }\n\
+        [measurands]\nread = { value = 'tilt + zero', unit = \"rad\" }\n";
+    let campaign = "model = \"model.toml\"\n[measurands]\nread = { sigma = \"1 mrad\" }\n[[runs]]\nname = \"one\"\n\
+        data = { file = \"stops.csv\", columns = { tilt = { column = \"tilt\", unit = \"rad\" }, read = { column = \"read\", unit = \"rad\" } } }\n";
+    let mut random = Stream(3);
+    let rows = (0..60).fold(format!("{heads}\n"), |text, row| {
+        let tilt = f64::from(row) - 30.0;
+        format!("{text}{tilt:.4},{:.6}\n", tilt.to_radians() + 0.2 + 1e-3 * random.normal())
+    });
+    Folder::new(
+        "table",
+        &[("model.toml", model), ("campaign.toml", campaign), ("stops.csv", &rows)],
+    )
+}
+
+/// Another unit of a column is to be typed as a unit, which fits; beside a header that states one, which no
+/// campaign contradicts, as a formula.
+#[test]
+fn another_unit_is_typed_as_a_unit() {
+    let line = |folder: &Folder| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_homepoint"));
+        let output = command.arg("calibrate").arg(&**folder).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        let line = text.lines().find(|line| line.starts_with("To use it, write"));
+        line.unwrap_or_else(|| panic!("{text}")).split_once("columns = ").unwrap().1.to_owned()
+    };
+    let folder = table_in_degrees("tilt,read");
+    assert_eq!(line(&folder), "{ tilt = { column = \"tilt\", unit = \"deg\" } }");
+    let path = folder.join("campaign.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let right = text.replace("\"tilt\", unit = \"rad\"", "\"tilt\", unit = \"deg\"");
+    std::fs::write(&path, right).unwrap();
+    let problem = open(&Request::new([&*folder])).unwrap().problem;
+    assert!(calibrate(problem, &Options::default()).unwrap().variance_factor().unwrap() < 1.5);
+    let folder = table_in_degrees("tilt [rad],read [rad]");
+    assert!(line(&folder).contains("tilt = \"tilt_as_read * pi / 180\""));
+}

@@ -14,6 +14,8 @@ pub struct Column {
     pub wanted: Option<String>,
     /// Its unit in the file (`1` where it is not wanted).
     pub unit: Unit,
+    /// Whether the header states it.
+    pub is_unit_in_header: bool,
     /// Number of the column, from 0.
     pub index: usize,
     /// Values in SI, NaN where missing; empty where it is not wanted.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::campaign::loaded::HeadUnit;
 use crate::convention::{Convention, Form};
 use crate::estimate::conventions::units::scale;
 use crate::formula::{Axis, Expression, ExpressionKind, Formula, Function};
@@ -45,19 +46,15 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// `heads` are the units that files state, by name; `without_unit` are inputs whose values show that they
+    /// `heads` are the units in which columns are read; `without_unit` are inputs whose values show that they
     /// have none.
-    pub(super) fn of(
-        names: &Names,
-        heads: &[(String, Unit)],
-        without_unit: &BTreeSet<usize>,
-    ) -> Self {
+    pub(super) fn of(names: &Names, heads: &[&HeadUnit], without_unit: &BTreeSet<usize>) -> Self {
         let heads_of = |name: &str, unit: &Unit| -> Vec<Unit> {
-            let own = heads.iter().filter(|(of, _)| of == name);
-            let own: Vec<Unit> = own.map(|(_, head)| head.clone()).collect();
+            let own = heads.iter().filter(|head| head.name == name);
+            let own: Vec<Unit> = own.map(|head| head.unit.clone()).collect();
             if own.is_empty() { vec![unit.clone()] } else { own }
         };
-        let is_headed = |name: &str| heads.iter().any(|(of, _)| of == name);
+        let is_headed = |name: &str| heads.iter().any(|head| head.name == name);
         let (mut all, mut quaternions) = (Vec::new(), Vec::new());
         let mut column = 0;
         for measurand in &names.measurands {
