@@ -206,7 +206,7 @@ fn names_to_use<'a>(
 }
 
 /// Every name of the model that an effect names, once, in order.
-fn names_in(effect: &Effect) -> Vec<String> {
+pub(super) fn names_in(effect: &Effect) -> Vec<String> {
     let mut names = Vec::new();
     for patch in &effect.patches {
         match &patch.target {

@@ -3,11 +3,14 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write as _;
+use std::path::Path;
 
 use homepoint::diagnostic::Source;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
+use homepoint::library::Library;
+use homepoint::model::Model;
 use homepoint::system::testable;
 
 use crate::folder::Folder;
@@ -159,7 +162,7 @@ fn the_library_says_which_roles_would_let_more_be_tested() {
     let folder = telescope(model, [0.0; 3]);
     let opened = open(&Request::new([&*folder])).unwrap();
     let of = |recipe: &homepoint::engine::open::Recipe| {
-        testable(&recipe.model, recipe.library.effects(), &recipe.overrides)
+        testable(&recipe.model, recipe.library.effects(), &recipe.overrides, &shipped())
     };
     let without = of(&opened.recipes[0]);
     let lacks = without.lacking.iter().find(|one| one.names == ["horizontal", "vertical"]).unwrap();
@@ -168,4 +171,28 @@ fn the_library_says_which_roles_would_let_more_be_tested() {
     let with = of(&open(&Request::new([&*folder])).unwrap().recipes[0]);
     assert!(lacks.effects.iter().all(|name| with.effects.contains(name)), "{:?}", with.effects);
     assert_eq!(with.of, without.of);
+}
+
+/// The models of the library.
+fn shipped() -> Vec<Model> {
+    let library = Library::builtin().unwrap();
+    let all = library.models().iter();
+    all.map(|(name, _)| library.model(name, Path::new("")).unwrap()).collect()
+}
+
+/// Six angles without a role are the joints of an arm before a reading of lengths is two angles.
+#[test]
+fn the_roles_that_a_model_has_inputs_for_come_first() {
+    let inputs: String = (1..=6).map(|k| format!("A{k} = {{ unit = \"rad\" }}\n")).collect();
+    let sum = (1..=6).map(|k| format!("A{k}")).collect::<Vec<_>>().join(" + ");
+    let text = format!(
+        "name = \"arm\"\n[inputs]\n{inputs}[measurands]\nx = {{ value = '1 m * cos({sum})', unit = \"m\" }}\n"
+    );
+    let model = Model::parse(Source::new("arm.toml", text)).unwrap();
+    let library = Library::builtin().unwrap();
+    let found = testable(&model, library.effects(), &[], &shipped());
+    let place = |names: &[&str]| found.lacking.iter().position(|one| one.names == names);
+    let joints = place(&["q1", "q2", "q3", "q4", "q5", "q6"]).unwrap();
+    assert_eq!(found.lacking[joints].effects, ["joint_compliance", "joint_offset"]);
+    assert!(joints < place(&["horizontal", "vertical"]).unwrap(), "{:?}", found.lacking);
 }
