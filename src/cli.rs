@@ -27,6 +27,7 @@ mod render;
 mod shell;
 mod show;
 mod simulate;
+mod suggestions;
 mod threads;
 mod trials;
 mod wanted;
@@ -76,9 +77,9 @@ enum Command {
     Trials(trials::Trials),
     /// Find out what a campaign can see, before there are any data
     Power(power::PowerCommand),
-    /// Compare the readings' own delays with the joint estimate
+    /// Compare the delay of each reading, in the mean, with the joint estimate
     Compare(compare::CompareCommand),
-    /// Tell how far measured points lie from the arm, and what the head must follow
+    /// Distances of measured points from the arm, and the motion that the head must follow
     Deviations(deviations::DeviationsCommand),
     /// Print a completion script for a shell, or the manual page
     Completions(completions::Completions),
@@ -136,8 +137,8 @@ enum Failure {
     Could(String),
     /// The same, with what programs are to know of it.
     NoAnswer(String, Value),
-    /// Said already, in the result itself: exit status 1.
-    Told,
+    /// In the result itself: exit status 1.
+    Reported,
 }
 
 impl From<Diagnostics> for Failure {
@@ -159,7 +160,7 @@ pub fn run() -> ExitCode {
         Err(error) => {
             // Help and version are not errors; the rest is usage, status 2.
             let code = u8::try_from(error.exit_code()).unwrap_or(2);
-            return if usage(&error).is_ok() { ExitCode::from(code) } else { ExitCode::from(1) };
+            return if usage(error).is_ok() { ExitCode::from(code) } else { ExitCode::from(1) };
         }
     };
     let common = cli.command.common();
@@ -174,7 +175,8 @@ pub fn run() -> ExitCode {
 
 /// Prints help, or what is wrong with the arguments: as it is drawn, but for arguments that would
 /// act on the terminal.
-fn usage(error: &clap::Error) -> std::io::Result<()> {
+fn usage(mut error: clap::Error) -> std::io::Result<()> {
+    suggestions::keep_near(&mut error);
     let acts = |argument: OsString| clean::acts_on_terminal(&argument.to_string_lossy());
     if !std::env::args_os().any(acts) {
         return error.print();
@@ -193,7 +195,7 @@ fn failed(failure: Failure, format: Format) -> u8 {
         }
         Failure::Could(why) => (why, json!({})),
         Failure::NoAnswer(why, result) => (why, result),
-        Failure::Told => return 1,
+        Failure::Reported => return 1,
     };
     if format == Format::Json && !output::has_result() {
         let mut object = result;

@@ -42,6 +42,14 @@ impl New {
             Some(_) => self.file.clone(),
             None => self.file.with_extension("toml"),
         };
+        // Other commands read a file of this name as a campaign.
+        if file.file_name().is_some_and(|name| name == "campaign.toml") {
+            let message = "`campaign.toml` is the file of a campaign, and `new` without `--from` writes a model";
+            return Err(Diagnostic::error(message)
+                .help("begin a campaign from logs: `homepoint new campaign --from a.csv b.csv`")
+                .help("or give the model another name: `homepoint new my_instrument.toml`")
+                .into());
+        }
         free(&file)?;
         let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
         let name: String = stem
@@ -110,7 +118,7 @@ impl New {
         output::file(&path, &begun.campaign, &Files::default())?;
         begun.unused.iter().for_each(|line| said += &format!("{line}\n"));
         said += &format!(
-            "wrote {0}\nnext: look at every line with `guessed` in it, then `homepoint check {0}`\n",
+            "wrote {0}\nnext: look at every line with `guessed` or `WRITE` in it, then `homepoint check {0}`\n",
             path.display()
         );
         if !self.quiet {

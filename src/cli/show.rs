@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Failure, output};
+use crate::campaign::file::CampaignFile;
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::Formula;
 use crate::formula::show::latex_name;
 use crate::graph::MeasurandKind;
-use crate::library::Library;
+use crate::library::{Library, is_model_path};
 use crate::model::Model;
 use crate::report::json::scope_word;
 use crate::system::{EffectInstance, System};
@@ -39,13 +41,34 @@ impl Show {
         for folder in &self.effects {
             library = library.with_effects_dir(folder)?;
         }
-        let model = library.model(&self.model, Path::new("."))?;
+        let model = library.model(&self.model, Path::new("."));
+        let model = model.map_err(|faults| folder(Path::new(&self.model)).unwrap_or(faults))?;
         let selected =
             self.with.iter().map(|name| library.select(name)).collect::<Result<Vec<_>, _>>()?;
         let system = System::build(&model, &selected, &[], &vec![None; model.inputs.len()])?;
         let text = if self.latex { latex(&model, &system) } else { plain(&model, &system) };
         output::text(&text)
     }
+}
+
+/// That a folder is no model, with the model of the campaign in it.
+fn folder(path: &Path) -> Option<Diagnostics> {
+    let fault = path
+        .is_dir()
+        .then(|| Diagnostic::error(format!("`{}` is a folder, and no model", path.display())))?;
+    let campaign = CampaignFile::read(path).ok();
+    let help = campaign.map_or_else(
+        || "name a model in the library or a file".to_owned(),
+        |campaign| {
+            let name = &campaign.model.text;
+            let name = match is_model_path(name) {
+                true => path.join(name).display().to_string(),
+                false => name.clone(),
+            };
+            format!("show the model of its campaign: `homepoint show {name}`")
+        },
+    );
+    Some(fault.help(help).into())
 }
 
 /// Names on the left, aligned.

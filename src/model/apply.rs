@@ -78,21 +78,9 @@ impl Override {
         for (key, said, width) in lists {
             let Some(said) = said else { continue };
             if said.len() != count {
-                let (expected, help) = if count == 1 {
-                    (
-                        "one quantity",
-                        format!(
-                            "write {key} = \"{}\"",
-                            format!("1 {}", unit.symbol).trim_end_matches(" 1")
-                        ),
-                    )
-                } else {
-                    (
-                        "a list of three",
-                        format!("write {key} = [\"1 {0}\", \"0 {0}\", \"0 {0}\"]", unit.symbol),
-                    )
-                };
-                return Some((format!("`{key}` of `{name}` must be {expected}"), help));
+                let expected = if count == 1 { "one quantity" } else { "a list of three" };
+                let message = format!("`{key}` of `{name}` must be {expected}");
+                return Some((message, format!("write {}", self.example(key, count, unit))));
             }
             if let Some(fault) = said.iter().find_map(|said| self.check_one(key, said, unit, width))
             {
@@ -113,6 +101,23 @@ impl Override {
             }
             self.check_one(key, said, unit, width)
         })
+    }
+
+    /// How a key is written: in a file, or on the command line, where lists have no brackets.
+    fn example(&self, key: &str, count: usize, unit: &Unit) -> String {
+        let each = ["1", "0", "0"].iter().take(count);
+        let each =
+            each.map(|one| format!("{one} {}", unit.symbol).trim_end_matches(" 1").to_owned());
+        let each: Vec<String> = each.collect();
+        if self.place.is_none() {
+            let option = if key == "start" { "--start" } else { "--set" };
+            return format!("{option} {}=\"{}\"", self.name, each.join(","));
+        }
+        let quoted: Vec<String> = each.iter().map(|one| format!("\"{one}\"")).collect();
+        match count {
+            1 => format!("{key} = {}", quoted.concat()),
+            _ => format!("{key} = [{}]", quoted.join(", ")),
+        }
     }
 
     fn check_one(

@@ -96,6 +96,9 @@ fn quantity(option: &str, text: &str, part: &str) -> Result<(f64, Unit), Diagnos
 
 fn fault(option: &str, message: String) -> Diagnostic {
     let help = match option {
+        _ if message.contains("=[") => {
+            "components are separated by commas, without brackets, as in --set lever=\"0 m,0 m,10 mm\""
+        }
         "--start" => "as in --start camera.delay=\"-40 ms\"",
         _ => "as in --set collimation.offset=\"4 arcsec\"",
     };
