@@ -20,12 +20,12 @@ pub(super) enum Format {
 /// Where the transformation is from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum TransformationChoice {
-    /// The reference runs with their own delays, else the joint fit
+    /// The reference runs with a delay of each reading, else the joint fit
     #[default]
     Best,
     /// The joint fit of all runs
     Joint,
-    /// The reference runs as if nothing were delayed, as in the paper; its bias is told
+    /// The reference runs as if nothing were delayed, as in the paper; its bias is reported
     Paper,
     /// The paper's way in turn with the delays, until both agree
     Iterated,

@@ -185,7 +185,7 @@ pub(super) fn estimate_measured(problem: &Problem) -> Result<Measured, Failure> 
 
 /// Exit status 1 where the numbers cannot be used.
 pub(super) fn verdict(result: &Calibration) -> Result<(), Failure> {
-    if result.is_sound() { Ok(()) } else { Err(Failure::Told) }
+    if result.is_sound() { Ok(()) } else { Err(Failure::Reported) }
 }
 
 /// Tells why there are no delays, in the form asked for.

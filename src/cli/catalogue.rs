@@ -115,6 +115,7 @@ fn why_not(model: &Model, effect: &Arc<Effect>, is_own: bool) -> Option<String> 
     };
     let there = |way| remains_alone(model, way, &[]).ok().flatten();
     // It is tested at the heads where it is absent.
-    let told: Vec<_> = ways.iter().filter(|_| is_own).map_while(there).collect();
-    (!told.is_empty() && told.len() == ways.len()).then(|| Diagnostics(told).messages())
+    let remaining: Vec<_> = ways.iter().filter(|_| is_own).map_while(there).collect();
+    (!remaining.is_empty() && remaining.len() == ways.len())
+        .then(|| Diagnostics(remaining).messages())
 }

@@ -255,7 +255,7 @@ fn remaining(
 fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics {
     let fewest = all.iter().map(|(missing, ..)| *missing).min().unwrap_or(0);
     let leaves_out = all.iter().any(|(missing, ..)| *missing > fewest);
-    // Heads and models that miss the same thing say it with their own names: the shortest is told.
+    // Heads and models that miss the same thing say it with their own names: the shortest is reported.
     let mut said: Vec<(Diagnostic, Vec<&str>)> = Vec::new();
     for (_, model, faults) in all.into_iter().filter(|(missing, ..)| *missing == fewest) {
         for fault in faults.0 {
@@ -276,13 +276,13 @@ fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics
         }
     }
     let name = &effect.name;
-    let told = said.into_iter().map(|(fault, models)| {
+    let faults = said.into_iter().map(|(fault, models)| {
         let message =
             format!("the effect `{name}` fits no model of the library: {}", fault.message);
         Diagnostic { message, ..fault }.help(format!("this is so with {}", models.join(", ")))
     });
-    let mut told: Vec<Diagnostic> = told.collect();
-    if let Some(last) = told.last_mut() {
+    let mut faults: Vec<Diagnostic> = faults.collect();
+    if let Some(last) = faults.last_mut() {
         if leaves_out {
             last.help.push("other models lack more of the names in it".to_owned());
         }
@@ -291,5 +291,5 @@ fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics
                 .to_owned(),
         );
     }
-    Diagnostics(told)
+    Diagnostics(faults)
 }

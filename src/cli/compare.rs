@@ -20,8 +20,8 @@ pub(super) struct CompareCommand {
 impl CompareCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let mut loaded = load::load(&self.common)?;
-        if let Some(told) = notices::nothing_moves(&loaded, self.common.format) {
-            return told;
+        if let Some(answer) = notices::nothing_moves(&loaded, self.common.format) {
+            return answer;
         }
         refusals::refuse_correlated(&loaded.problem)?;
         notices::tell_not_put_in(&loaded, false);

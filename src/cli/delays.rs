@@ -39,8 +39,8 @@ pub(super) struct DelaysCommand {
 impl DelaysCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let mut loaded = load::load(&self.common)?;
-        if let Some(told) = notices::nothing_moves(&loaded, self.common.format) {
-            return told;
+        if let Some(answer) = notices::nothing_moves(&loaded, self.common.format) {
+            return answer;
         }
         let tables = loaded.tables("delays").chain(loaded.tables("replies"));
         loaded.keep_files(self.common.out.as_ref(), tables)?;
@@ -138,7 +138,7 @@ impl DelaysCommand {
             Format::Json => output::json(&whole)?,
             Format::Text => output::text(&text)?,
         }
-        if failed > good { Err(Failure::Told) } else { Ok(()) }
+        if failed > good { Err(Failure::Reported) } else { Ok(()) }
     }
 }
 

@@ -24,13 +24,13 @@ pub(super) struct DeviationsCommand {
 impl DeviationsCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let mut loaded = load::load(&self.common)?;
-        if let Some(told) = notices::nothing_moves(&loaded, self.common.format) {
-            return told;
+        if let Some(answer) = notices::nothing_moves(&loaded, self.common.format) {
+            return answer;
         }
         loaded.keep_files(self.common.out.as_ref(), loaded.tables("deviations"))?;
         refusals::refuse_correlated(&loaded.problem)?;
         let mut whole = loaded.head.clone();
-        let mut told = String::new();
+        let mut printed = String::new();
         let joint = Joint::of(&mut loaded, &self.common.with)?;
         let given = given_transformation(&loaded, &joint, self.transformation, self.common.format)?;
         for (part, given) in given.iter().enumerate() {
@@ -44,7 +44,7 @@ impl DeviationsCommand {
             refusals::trust(&given.problem)?;
             let specification = &loaded.campaigns[part].specification;
             let shown = Whole { problem: &given.problem, part, specification, runs: &runs };
-            told.push_str(&text(&loaded.titles[part], given.from, shown));
+            printed.push_str(&text(&loaded.titles[part], given.from, shown));
             let mut value = result(shown);
             load::merge(&mut value, json!({ "transformation": given.from.word() }));
             load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
@@ -53,11 +53,11 @@ impl DeviationsCommand {
                 output::file(&folder.join(name), &table(shown), &loaded.files)?;
             }
         }
-        told.push_str(joint.text().trim_start_matches('\n'));
+        printed.push_str(joint.text().trim_start_matches('\n'));
         load::merge(&mut whole, joint.json());
         match self.common.format {
             Format::Json => output::json(&whole),
-            Format::Text => output::text(&told),
+            Format::Text => output::text(&printed),
         }
     }
 }

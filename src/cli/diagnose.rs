@@ -93,8 +93,8 @@ fn own_untested(recipes: &[Recipe], found: &Diagnosis) -> Vec<Diagnostic> {
     let of = |name: &str| found.not_testable.iter().find(|one| one.name == name);
     let mut misfits = recipe.own_that_do_not_fit();
     misfits.retain(|(name, _)| of(name).is_some());
-    let told = |name: &String| misfits.iter().any(|(own, _)| own == name);
-    let others = recipe.library.own_effects().filter(|effect| !told(&effect.name));
+    let is_misfit = |name: &String| misfits.iter().any(|(own, _)| own == name);
+    let others = recipe.library.own_effects().filter(|effect| !is_misfit(&effect.name));
     let others = others.filter_map(|effect| {
         let one = of(&effect.name)?;
         let message = format!("`{}`: `{}` cannot be tested here", effect.source.file, one.name);
@@ -111,7 +111,7 @@ type Owner = fn(&Part) -> Option<&String>;
 fn other_owners(fitted: &Problem, held_out: &Opened) -> Vec<Diagnostic> {
     let owners: [(&str, Owner); 2] =
         [("instrument", |part| part.instrument.as_ref()), ("rig", |part| part.rig.as_ref())];
-    let mut told = Vec::new();
+    let mut warnings = Vec::new();
     for (what, of) in owners {
         let known: Vec<&String> = fitted.parts.iter().filter_map(of).collect();
         let mut others = held_out.problem.parts.iter().filter_map(of);
@@ -119,11 +119,11 @@ fn other_owners(fitted: &Problem, held_out: &Opened) -> Vec<Diagnostic> {
             let message = format!("the held-out campaign has another {what}, `{other}`");
             let held =
                 format!("what belongs to the {what} is held at the values of `{}`", known[0]);
-            told.push(Diagnostic::warning(message).help(held));
+            warnings.push(Diagnostic::warning(message).help(held));
         }
     }
-    told.extend(other_values(fitted, &held_out.problem));
-    told
+    warnings.extend(other_values(fitted, &held_out.problem));
+    warnings
 }
 
 /// Standard uncertainties by which values that two campaigns state of the same thing may differ.
@@ -131,13 +131,13 @@ const APART: f64 = 5.0;
 
 /// Warns of values of rig and instrument that a held-out campaign states otherwise.
 fn other_values(fitted: &Problem, held_out: &Problem) -> Vec<Diagnostic> {
-    let told = held_out.layout.instances.iter().filter_map(|other| {
+    let warnings = held_out.layout.instances.iter().filter_map(|other| {
         let mut own = fitted.layout.instances.iter().filter(|one| one.name == other.name);
         let message = own.find_map(|one| apart(one, other))?;
         let help = "if it is another rig or instrument, it cannot judge what was found here; else correct one of the two";
         Some(Diagnostic::warning(message).help(help))
     });
-    told.collect()
+    warnings.collect()
 }
 
 /// What two campaigns state of a parameter, where that is too far apart; a value without an
@@ -260,7 +260,7 @@ impl Diagnose {
                 }
             }
         }
-        if found.verdict.is_made() { Ok(()) } else { Err(Failure::Told) }
+        if found.verdict.is_made() { Ok(()) } else { Err(Failure::Reported) }
     }
 
     /// The options of this command that an estimate of what was found needs, too.

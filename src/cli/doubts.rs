@@ -1,4 +1,4 @@
-//! What makes the numbers of a fit doubtful, told beside them: readings far off the model,
+//! What makes the numbers of a fit doubtful, reported beside them: readings far off the model,
 //! accelerations that are missed.
 
 use super::render;
@@ -22,7 +22,7 @@ const ZONE_STEP: f64 = 1800.0;
 /// How near to one a delay is that may be a time zone (s).
 const NEAR_ZONE: f64 = 60.0;
 
-/// Tells all of it, unless nothing is to be told.
+/// Reports all of it, unless warnings are left out.
 pub(super) fn tell(fit: &Calibration, quiet: bool) {
     if quiet {
         return;
@@ -37,7 +37,7 @@ pub(super) fn tell(fit: &Calibration, quiet: bool) {
     tell_of_logs(fit);
 }
 
-/// Tells what may be wrong with the logs: accelerations that nobody recorded, but that readings miss,
+/// Reports what may be wrong with the logs: accelerations that nobody recorded, but that readings miss,
 /// and clocks of other time zones.
 pub(super) fn tell_of_logs(fit: &Calibration) {
     if fit.is_sound() {
@@ -86,7 +86,7 @@ fn time_zones(fit: &Calibration) -> Vec<Diagnostic> {
         let is_near = steps != 0.0 && (delay - steps * ZONE_STEP).abs() < NEAR_ZONE;
         is_near.then_some((one.name, delay, steps * ZONE_STEP / 3600.0))
     });
-    let told = far.map(|(name, delay, hours)| {
+    let warnings = far.map(|(name, delay, hours)| {
         let message = format!(
             "`{name}` is {} s, near {} h: the times of the logs may be of different time zones, or of summer time",
             decimal(delay, 1),
@@ -95,7 +95,7 @@ fn time_zones(fit: &Calibration) -> Vec<Diagnostic> {
         let help = "check the clocks of the logs; UTC is assumed for times of day without a zone";
         Diagnostic::warning(message).help(help)
     });
-    told.collect()
+    warnings.collect()
 }
 
 /// The same beside delays, which say nothing of how the joint fit went: residuals that are larger

@@ -1,4 +1,4 @@
-//! What a command works on: campaigns read, warnings told, names for the result.
+//! What a command works on: campaigns read, warnings printed, names for the result.
 
 pub(super) mod notices;
 pub(super) mod refusals;
@@ -83,7 +83,7 @@ impl Loaded {
     }
 }
 
-/// Reads campaigns as the arguments say, and tells warnings.
+/// Reads campaigns as the arguments say, and prints warnings.
 pub(super) fn read(
     arguments: &CampaignArguments,
     campaigns: &[PathBuf],
@@ -107,7 +107,7 @@ pub(super) fn read(
     Ok(opened)
 }
 
-/// Reads everything and tells warnings.
+/// Reads everything and prints warnings.
 pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     if let Some(out) = arguments.out.as_ref().filter(|out| out.is_file()) {
         let message = format!("`--out {}` is a file", out.display());

@@ -65,7 +65,7 @@ pub(super) fn written<T>(
 
 fn broken(error: std::io::Error) -> Failure {
     if error.kind() == std::io::ErrorKind::BrokenPipe {
-        Failure::Told
+        Failure::Reported
     } else {
         Failure::Could(format!("cannot write to standard output: {error}"))
     }

@@ -14,8 +14,8 @@ use crate::estimate::planned;
 use crate::report;
 
 /// Said where effects are left out.
-const NARROWED: &str = "\nEffects that `--only` or `--without` leave out were not weighed: `named from` is the size from which an\n\
-     effect is told from those above, not from the whole library.\n";
+const NARROWED: &str = "\nEffects that `--only` or `--without` leave out were not weighed: the MIB separates an effect from those\n\
+     above, not from the whole library.\n";
 
 #[derive(Debug, Args)]
 pub(super) struct PowerCommand {
@@ -70,11 +70,13 @@ impl PowerCommand {
         Ok(Point::stated(&problem.layout))
     }
 
-    /// Warns of what nobody places.
+    /// Warns of what has no stated place.
     fn tell_of_places(&self, unplaced: &[String]) {
         if !unplaced.is_empty() && !self.common.quiet {
-            let message =
-                format!("nobody says where {} stand: they are taken as zero", unplaced.join(", "));
+            let message = format!(
+                "no file states where {} stand: they are taken as zero",
+                unplaced.join(", ")
+            );
             let help = "state them: what a campaign can see depends on where things are, as in position = { value = [\"2 m\", \"0 m\", \"0.5 m\"] }";
             render::all(&[Diagnostic::warning(message).help(help)]);
         }

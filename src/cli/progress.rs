@@ -24,7 +24,7 @@ struct Shown {
     bar: Option<(Task, ProgressBar)>,
 }
 
-/// Who is told of progress: the bar, unless nobody would see it or wants to.
+/// Where progress goes: the bar, unless nobody would see it or wants to.
 pub(super) fn shown(quiet: bool) -> Progress {
     if quiet || !std::io::stderr().is_terminal() {
         return Progress::default();

@@ -117,7 +117,7 @@ fn truth(
             unsound(&measured.fit, about, format)?;
         }
         if !measured.unplaced.is_empty() {
-            let message = format!("nobody says where {} stand", measured.unplaced.join(", "));
+            let message = format!("no file states where {} stand", measured.unplaced.join(", "));
             let help = "a setup that is only planned stands where [setups.NAME] states it, as in position = { value = [\"2 m\", \"0 m\", \"0.5 m\"] }";
             return Err(Diagnostic::error(message).help(help).into());
         }

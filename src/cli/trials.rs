@@ -122,9 +122,10 @@ impl Trials {
         };
         let unreadable = ledger.as_ref().map_or(0, |one| one.unreadable);
         self.warn_of_unreadable(LEDGER, unreadable, "the trials that stood there are made again");
-        let told = progress::shown(self.common.quiet);
-        let outcomes = run(&design, &plan, ledger.as_mut(), rayon::current_num_threads(), &told)
-            .map_err(|error| Failure::Could(format!("cannot write {LEDGER}: {error}")))?;
+        let shown = progress::shown(self.common.quiet);
+        let outcomes =
+            run(&design, &plan, ledger.as_mut(), rayon::current_num_threads(), &shown)
+                .map_err(|error| Failure::Could(format!("cannot write {LEDGER}: {error}")))?;
         let score = tally(&outcomes);
         match self.common.format {
             Format::Json => {

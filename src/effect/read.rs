@@ -139,7 +139,7 @@ fn parameters(
         let remembers = parameter.process == Process::Memory;
         if random && remembers && parameter.memory.is_none() && !shape.contains_key("memory") {
             item.error_at_key(
-                format!("`{}` has a memory of unknown length", parameter.name),
+                format!("`{}` is autocorrelated, but with no stated correlation time", parameter.name),
                 "write memory = \"1 s\", or a family: [shape] memory = { unit = \"s\", from = \"0.1 s\", to = \"30 s\" }",
             );
         }

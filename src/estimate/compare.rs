@@ -1,4 +1,4 @@
-//! The mean of the readings' own delays beside the joint estimate of the same delay.
+//! The mean of the delays of readings beside the joint estimate of the same delay.
 
 use crate::engine::Problem;
 use crate::estimate::calibrate::{Calibration, Estimate};
@@ -9,7 +9,7 @@ use crate::estimate::delays::Summary;
 pub struct Comparison {
     /// The measurand.
     pub measurand: String,
-    /// Mean of the readings' own delays (s).
+    /// Mean of the delays of readings (s).
     pub newton: Option<f64>,
     /// Its standard uncertainty (s).
     pub newton_sigma: Option<f64>,

@@ -17,15 +17,16 @@ pub fn text(title: &str, power: &Power) -> String {
     }
     text.push_str(&delays(power));
     text.push_str(&format!(
-        "\nSizes from which an effect enters the budget of `diagnose`, and from which it is named alone, in\n\
-         {:.0} of 100 campaigns; a cosine and sine pair counts by its amplitude. The shift is the bias of a\n\
-         delay by an effect at its detectable size that is not modelled.\n",
+        "\nMDB (minimal detectable bias): the size from which an effect enters the budget of `diagnose` in {0:.0} of\n\
+         100 campaigns. MIB (minimal identifiable bias): the size from which it is identified as a row of its own\n\
+         in {0:.0} of 100. A cosine and sine pair counts by its amplitude. The shift is the bias of a delay by an\n\
+         unmodelled effect at its MDB.\n",
         100.0 * CAUGHT,
     ));
-    text.push_str(&sizes(power, State::Visible, "what this campaign can see and name"));
-    text.push_str(&sizes(power, State::Alias, "what it can see, but not tell apart"));
-    text.push_str(&listed(power, State::Absorbed, "what it cannot see: parameters take it up"));
-    text.push_str(&listed(power, State::NotTestable, "what it cannot test"));
+    text.push_str(&sizes(power, State::Visible, "detectable and identifiable"));
+    text.push_str(&sizes(power, State::Alias, "detectable, with an alias"));
+    text.push_str(&listed(power, State::Absorbed, "absorbed by nominal parameters"));
+    text.push_str(&listed(power, State::NotTestable, "not testable"));
     text
 }
 
@@ -47,7 +48,7 @@ fn sizes(power: &Power, state: State, line: &str) -> String {
     if of_state.is_empty() {
         return String::new();
     }
-    let mut rows = table(&["effect", "usual", "seen from", "named from", "shifts a delay by"]);
+    let mut rows = table(&["effect", "typical", "MDB", "MIB", "shifts a delay by"]);
     for row in &of_state {
         let unit = figure::unit_for(row.typical.unwrap_or(1.0), &row.unit);
         let size = |size: Option<f64>| {
@@ -59,8 +60,8 @@ fn sizes(power: &Power, state: State, line: &str) -> String {
             || "-".to_owned(),
             |(delay, shift)| format!("{} ({delay})", figure::size(*shift, &second)),
         );
-        let (seen, named) = (size(row.detectable), size(row.identifiable));
-        rows.add_row([row.name.clone(), size(row.typical), seen, named, shift]);
+        let (detectable, identifiable) = (size(row.detectable), size(row.identifiable));
+        rows.add_row([row.name.clone(), size(row.typical), detectable, identifiable, shift]);
     }
     align_right(&mut rows, &[1, 2, 3]);
     let drawn = drawn(&rows);

@@ -260,11 +260,11 @@ pub fn delays(title: &str, from: &From, delays: &Delays) -> String {
 pub fn comparison(title: &str, from: &From, list: &[Comparison]) -> String {
     let second = Unit::coherent(Dimension::TIME);
     let mut text = format!(
-        "{title}\ntransformation of the readings' own delays from {}\n\n",
+        "{title}\ntransformation for the delay of each reading from {}\n\n",
         from_words(*from)
     );
     let mut rows =
-        table(&["measurand", "own delays", "u", "joint estimate", "u", "difference", "normalised"]);
+        table(&["measurand", "readings", "u", "joint estimate", "u", "difference", "normalised"]);
     let cell = |value: Option<f64>, sigma: Option<f64>| {
         value.map_or_else(|| "-".to_owned(), |value| figure::value(value, sigma, &second))
     };

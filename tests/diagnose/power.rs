@@ -294,7 +294,7 @@ fn a_plan_says_what_it_can_see_and_what_would_help() {
     let bending = row(&table, "arm_acceleration_bending");
     assert_eq!(bending.state, State::NotTestable);
     // The plan's fastest run.
-    let words = "a run whose rate swings by 190 deg/s both ways would show it";
+    let words = "a run whose rate swings by 190 deg/s both ways would detect it";
     assert!(bending.words.contains(words), "{}", bending.words);
 }
 

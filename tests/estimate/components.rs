@@ -115,7 +115,7 @@ fn what_cannot_be_said_of_one_component_is_refused_with_what_to_do() {
         (
             "[parameters]\ncamera_lever = { z = { fixed = true } }",
             &[],
-            "`camera_lever.z` is fixed, but nobody says at what",
+            "`camera_lever.z` is fixed, but at no stated value",
         ),
         (
             "[parameters]\ncamera_lever = { z = { sigma = \"1 mm\" } }",

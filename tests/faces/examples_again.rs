@@ -204,7 +204,7 @@ fn a_planned_setup_beside_measured_ones_stands_where_it_is_stated() {
         (String::from_utf8(done.stdout).unwrap(), told)
     };
     let (_, told) = run(&["power", campaign.to_str().unwrap(), "--only", "gravity_sag"]);
-    assert!(!told.contains("nobody says"), "{told}");
+    assert!(!told.contains("no file states"), "{told}");
     // One of which nothing is stated has no place: `power` says so, and nothing is drawn of it.
     let silent = folder.path().join("silent");
     fs::create_dir(&silent).unwrap();
@@ -216,7 +216,10 @@ fn a_planned_setup_beside_measured_ones_stands_where_it_is_stated() {
     let kept = text.lines().filter(|line| !line.contains("1.48 rad") && !line.contains("2.4 m"));
     fs::write(silent.join("campaign.toml"), kept.collect::<Vec<_>>().join("\n")).unwrap();
     let (_, told) = run(&["power", silent.to_str().unwrap(), "--only", "gravity_sag"]);
-    assert!(told.contains("nobody says where `orientation` (C), `position` (C) stand"), "{told}");
+    assert!(
+        told.contains("no file states where `orientation` (C), `position` (C) stand"),
+        "{told}"
+    );
     let out = folder.path().join("nowhere");
     let done = Command::new(env!("CARGO_BIN_EXE_homepoint"))
         .args(["simulate", silent.to_str().unwrap(), "--out", out.to_str().unwrap()])

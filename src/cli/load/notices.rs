@@ -14,7 +14,7 @@ use crate::report;
 /// found count.
 pub(in crate::cli) fn tell_not_put_in(loaded: &Loaded, tries: bool) {
     let Some(recipe) = loaded.recipes.first().filter(|_| !loaded.quiet) else { return };
-    let told = loaded.stated.iter().filter_map(|name| {
+    let warnings = loaded.stated.iter().filter_map(|name| {
         let (owner, value) = name.split_once('.')?;
         let effect = recipe.library.effects().find(|effect| effect.name == owner)?;
         let value = value.rsplit('.').next()?;
@@ -26,7 +26,7 @@ pub(in crate::cli) fn tell_not_put_in(loaded: &Loaded, tries: bool) {
         let help = format!("put it into the model: --with {owner}");
         Some(Diagnostic::warning(message).help(help))
     });
-    render::all(&told.collect::<Vec<_>>());
+    render::all(&warnings.collect::<Vec<_>>());
 }
 
 /// Says that nothing moves, for a command that asks for delays; `None` where something does.

@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Trials, path: &Path) -> Result<(), Failure> {
         }
         Format::Text => output::text(&trials_replay_text::text(&about.title, &replayed))?,
     }
-    if replayed.is_good() { Ok(()) } else { Err(Failure::Told) }
+    if replayed.is_good() { Ok(()) } else { Err(Failure::Reported) }
 }
 
 fn compared(pairs: &[Pair], is_summary: bool, total: usize) -> Replayed {

@@ -17,16 +17,16 @@ pub(super) fn words(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -
     let helps = |good: fn(&Row) -> bool| helps(row, tried, good);
     match row.state {
         State::NotTestable => match helps(seen) {
-            Some(remedy) => format!("{}; {remedy} would show it", row.words),
+            Some(remedy) => format!("{}; {remedy} would detect it", row.words),
             None => row.words.clone(),
         },
         State::Absorbed => {
             let help = match (helps(visible), helps(seen)) {
-                (Some(remedy), _) => format!("{remedy} would show it"),
-                (None, Some(remedy)) => format!("{remedy} would show it, though not by its name"),
-                (None, None) => "nothing tried here would show it".to_owned(),
+                (Some(remedy), _) => format!("{remedy} would detect it"),
+                (None, Some(remedy)) => format!("{remedy} would detect it, with an alias"),
+                (None, None) => "nothing tried here would detect it".to_owned(),
             };
-            format!("it acts as {}; {help}", listed(&row.with))
+            format!("absorbed by {}; {help}", listed(&row.with))
         }
         State::Alias => alias_words(row, tried),
         State::Visible => of_visible(row, stage, tried),
@@ -44,7 +44,7 @@ fn of_visible(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> Stri
     let (Some(seen), Some(named)) = (row.detectable, row.identifiable) else {
         return String::new();
     };
-    let Some(typical) = row.typical else { return "it is seen and told from others".to_owned() };
+    let Some(typical) = row.typical else { return "it is detected and identified".to_owned() };
     let times = |size: f64| (size / typical).powf(row.root);
     let readings = stage.fitted.problem.reading_count() as f64;
     let more = |size: f64| {
@@ -53,25 +53,29 @@ fn of_visible(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> Stri
             .then(|| format!("{} readings instead of {readings:.0}", round(times * readings)))
     };
     if named <= typical {
-        return "a usual one is seen and named".to_owned();
+        return "the typical magnitude is detected and identified".to_owned();
     }
     let enough = |other: &Row| other.identifiable.is_some_and(|size| size <= typical);
     let found = |other: &Row| other.detectable.is_some_and(|size| size <= typical);
     if seen <= typical {
         let taken = if row.with.is_empty() {
-            "a usual one is seen, but not always named".to_owned()
+            "the typical magnitude is detected, but not always identified".to_owned()
         } else {
-            format!("a usual one is seen, but may be taken for {}", listed(&row.with))
+            format!(
+                "the typical magnitude is detected, but may be identified as {}",
+                listed(&row.with)
+            )
         };
         return match helps(row, tried, enough).or_else(|| more(named)) {
-            Some(help) => format!("{taken}; {help} would tell"),
+            Some(help) => format!("{taken}; {help} would identify it"),
             None => taken,
         };
     }
     let cheap = more(seen).filter(|_| times(seen) <= FEW_TIMES);
     match cheap.or_else(|| helps(row, tried, found)).or_else(|| more(seen)) {
-        Some(help) => format!("a usual one goes unseen; {help} would show it"),
-        None => "a usual one goes unseen, and is far too small for such a campaign".to_owned(),
+        Some(help) => format!("the typical magnitude is not detected; {help} would detect it"),
+        None => "the typical magnitude is not detected, and is far too small for such a campaign"
+            .to_owned(),
     }
 }
 

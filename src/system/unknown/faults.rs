@@ -90,10 +90,7 @@ impl Unknown {
                 _ => format!("[{0}, {0}, {0}]", quantity(0)),
             };
             let help = format!("\"{name}\" = {{ value = {example}, fixed = true }}");
-            return error(
-                format!("`{name}` is fixed, but nobody says at what: state its value"),
-                &help,
-            );
+            return error(format!("`{name}` is fixed, but at no stated value"), &help);
         }
         if setting.sigma.is_some() && setting.value.is_none() {
             return error(
@@ -125,8 +122,7 @@ impl Unknown {
                     "\"{name}\" = {{ value = \"{}\", fixed = true }}",
                     format!("0 {}", self.unit.symbol).trim_end_matches(" 1")
                 );
-                let message =
-                    format!("`{name}` is fixed, but nobody says at what: state its value");
+                let message = format!("`{name}` is fixed, but at no stated value");
                 Some(Diagnostic::error(message).help(help))
             } else if own.sigma.is_some() && setting.value_of(component).is_none() {
                 let message = format!("`{name}` has a standard uncertainty, but no value");
