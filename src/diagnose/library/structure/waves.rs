@@ -171,8 +171,9 @@ pub(super) fn of_any_length(model: &Model, spreads: &[Spread]) -> Vec<Covariate>
         if span >= LONG {
             return Some(waves_a_metre("long", &input.name, (FEWEST / span, from)));
         }
+        // From the longest on: at even stops each of them is some of the finer ones.
         let finest = MOST_WAVES / span;
-        (finest > to).then(|| waves_a_metre("finest", &input.name, (to, finest)))
+        (finest > to).then(|| waves_a_metre("finest", &input.name, (from, finest)))
     };
     over_few(model, is_length, over)
 }
@@ -270,10 +271,10 @@ mod tests {
             of_any_length(&model, &[spread]).into_iter().map(|one| one.family).collect()
         };
         assert!(waves(60.0).concat().contains("from = \"0.025 1/m\", to = \"0.2 1/m\""));
-        assert!(waves(2e-4).concat().contains("from = \"200 1/m\", to = \"5000000 1/m\""));
+        assert!(waves(2e-4).concat().contains("from = \"0.2 1/m\", to = \"5000000 1/m\""));
         assert_eq!(
             waves(0.8),
-            ["unknown_waves = { unit = \"1/m\", from = \"200 1/m\", to = \"1250 1/m\" }"]
+            ["unknown_waves = { unit = \"1/m\", from = \"0.2 1/m\", to = \"1250 1/m\" }"]
         );
         assert!(waves(7.0).is_empty());
     }
