@@ -139,7 +139,8 @@ fn with_one_change(
 
 /// The rows with the strongest structure of the model, one more each time: beside noise that remembers
 /// an unmodelled effect is no noise. Each must gain more than its price, which both sides have, by what
-/// a term needs to enter.
+/// a term needs to enter. A simpler block over the same covariate is tried in its place: under white noise
+/// a wide one takes up what of the noise goes with the covariate, too.
 fn with_the_strongest(
     selection: &Selection<'_>,
     model: &[usize],
@@ -151,10 +152,36 @@ fn with_the_strongest(
             model.iter().copied().filter(|term| !kept.contains(term)).collect();
         let ranked = selection.ranked(&kept, &others);
         let Some(best) = ranked.first().filter(|best| best.ln_bayes >= STRONG) else { break };
+        let least = ENTER * f64::from(count);
+        for simpler in selection.simpler_over_the_same(best.term) {
+            let with = [kept.as_slice(), &[simpler]].concat();
+            let price = selection.prices(&with).last().copied().unwrap_or(0.0);
+            all.push((with, price + least));
+        }
         kept.push(best.term);
-        all.push((kept.clone(), ENTER * f64::from(count)));
+        all.push((kept.clone(), least));
     }
     all
+}
+
+impl Selection<'_> {
+    /// Blocks with fewer values than one, of the same error over the same covariate.
+    fn simpler_over_the_same(&self, block: usize) -> impl Iterator<Item = usize> {
+        let own = &self.terms[block];
+        let of = |term: &Term| {
+            let place = term.place.as_ref().filter(|_| term.change.is_none())?;
+            Some((place.of.clone(), place.covariate.clone()))
+        };
+        let place = of(own);
+        let is_simpler = move |other: &usize| {
+            let other = &self.terms[*other];
+            other.may_enter
+                && other.columns.len() < own.columns.len()
+                && place.is_some()
+                && of(other) == place
+        };
+        (0..self.terms.len()).filter(is_simpler)
+    }
 }
 
 /// Measurands in which the same blocks act, and by how much these raise the log likelihood of their
