@@ -74,6 +74,5 @@ mod waves_over_lengths;
 mod waves_over_runs;
 mod waves_over_time;
 mod weak_noise;
-mod white_shares;
 mod written;
 mod wrong_setups;

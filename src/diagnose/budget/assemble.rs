@@ -21,9 +21,6 @@ mod candidates;
 mod remainder;
 mod rows;
 mod size;
-mod squares;
-
-use self::squares::White;
 
 impl Diagnosis {
     /// Puts the answer together beside the nominal calibration.
@@ -121,19 +118,15 @@ struct Budget<'a> {
     /// Terms of it that are too small for a name.
     nameless: &'a [usize],
     pools: Pools,
-    /// The fit with white weights, where its own are others.
-    white: Option<White>,
-    /// What the model takes off squared residuals.
+    /// What the model takes off chi squared.
     total: f64,
 }
 
 impl<'a> Budget<'a> {
     fn new(linear: &'a Linear, selection: &'a Selection<'a>, judged: &'a Judged) -> Self {
         let Judged { model, nameless, .. } = judged;
-        let white = White::of(linear, selection, model);
-        let pools = Pools::of(selection);
-        let budget = Self { linear, selection, model, nameless, pools, white, total: 0.0 };
-        Self { total: budget.squares(&[]) - budget.squares(model), ..budget }
+        let total = selection.chi_squared(&[]) - selection.chi_squared(model);
+        Self { linear, selection, model, nameless, pools: Pools::of(selection), total }
     }
 
     /// Effects that did not stand as rows, the last reason of each.

@@ -33,8 +33,6 @@ const RANK: f64 = 1e-9;
 pub struct Folded {
     whole: DMatrix<f64>,
     folds: Vec<DMatrix<f64>>,
-    /// Those in which squared residuals are summed, where they have other weights than the fits.
-    squares: Option<Vec<DMatrix<f64>>>,
     prior: DMatrix<f64>,
     /// The columns of each term, in the order of the model.
     terms: Vec<std::ops::Range<usize>>,
@@ -60,11 +58,6 @@ impl Solved {
     }
 }
 
-/// The products of the columns in each fold.
-fn in_folds(weights: &[f64], pieces: &Pieces) -> Vec<DMatrix<f64>> {
-    (0..FOLDS).map(|fold| pieces.products(weights, |piece, _| piece.fold == fold)).collect()
-}
-
 impl Folded {
     /// Of a model.
     pub fn new(selection: &Selection<'_>, model: &[usize], pieces: &Pieces) -> Self {
@@ -72,22 +65,18 @@ impl Folded {
         let terms = selection.ranges(model);
         combinations.push(selection.residual().clone());
         let weights = selection.weights();
-        let folds = in_folds(&weights, pieces);
+        let fold = |fold: usize| pieces.products(&weights, |piece, _| piece.fold == fold);
+        let folds: Vec<DMatrix<f64>> = (0..FOLDS).map(fold).collect();
         let prior = selection.prior(&combinations);
         let mut whole = prior.clone();
         folds.iter().for_each(|fold| whole += fold);
-        Self { whole, folds, squares: None, prior, terms, nominal_terms: 0 }
+        Self { whole, folds, prior, terms, nominal_terms: 0 }
     }
 
     /// The same where so many of the first terms count as nominal: the others are judged with them in
     /// the model.
     pub fn with_nominal_terms(self, nominal_terms: usize) -> Self {
         Self { nominal_terms, ..self }
-    }
-
-    /// The same with squared residuals summed in pieces with other weights than the fits.
-    pub fn with_squares_of(self, selection: &Selection<'_>, pieces: &Pieces) -> Self {
-        Self { squares: Some(in_folds(&selection.weights(), pieces)), ..self }
     }
 
     /// The rise of twice the log predictive density of held-out readings that each of some terms (by their
@@ -120,13 +109,12 @@ impl Folded {
     /// gap.
     pub fn squares_drop(&self, term: usize) -> f64 {
         let (all, others) = self.with_and_without(term);
-        let left = |(fold, squares): (&DMatrix<f64>, &DMatrix<f64>), fitted: &[usize]| {
+        let left = |fold: &DMatrix<f64>, fitted: &[usize]| {
             let vector = self.predicting(fold, fitted);
-            let left = self.left_of(squares, &vector, &self.unknown(fold, &others));
+            let left = self.left_of(fold, &vector, &self.unknown(fold, &others));
             left + vector.dot(&(&self.prior * &vector)) / FOLDS as f64
         };
-        let folds = self.folds.iter().zip(self.squares.as_ref().unwrap_or(&self.folds));
-        folds.map(|fold| left(fold, &others) - left(fold, &all)).sum()
+        self.folds.iter().map(|fold| left(fold, &others) - left(fold, &all)).sum()
     }
 
     /// The columns with a term, and without it.
@@ -147,7 +135,7 @@ impl Folded {
     }
 
     /// For the first term, the first two, and so on the drop that they bring in each piece of the
-    /// readings, which they were not fitted to; the pieces have the weights of squared residuals.
+    /// readings, which they were not fitted to.
     pub fn drops(&self, selection: &Selection<'_>, pieces: &Pieces) -> Vec<Vec<Drop>> {
         let nominal = self.upto(self.nominal_terms);
         let models = (self.nominal_terms..=self.terms.len()).map(|count| self.upto(count));

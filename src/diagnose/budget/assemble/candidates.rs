@@ -12,8 +12,7 @@ impl Budget<'_> {
     /// All effects against the nominal model alone, and the probabilities of nothing, of one of
     /// them and of an unmodelled effect.
     pub(super) fn candidates(&self, prior: &Prior) -> (Vec<Ranked>, Option<[f64; 3]>) {
-        let Self { linear, selection, pools, model, .. } = self;
-        let total = selection.chi_squared(&[]) - selection.chi_squared(model);
+        let Self { linear, selection, pools, total, .. } = self;
         let mut open = (*selection).clone();
         for term in &mut open.terms {
             let is_change = term.place.as_ref().is_some_and(Place::is_of_a_parameter);
@@ -52,7 +51,7 @@ impl Budget<'_> {
                 member,
                 gain: one.gain,
                 ln_bayes: one.ln_bayes,
-                share: if total > 0.0 { (one.gain.gain / total).clamp(0.0, 1.0) } else { 0.0 },
+                share: if *total > 0.0 { (one.gain.gain / total).clamp(0.0, 1.0) } else { 0.0 },
                 probability: weight(Cause::Library, ln_bayes(one)) / sum,
                 values: linear.sizes(&open, &[], one.term),
             }

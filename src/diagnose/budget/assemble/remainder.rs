@@ -35,20 +35,20 @@ fn waves(term: &Term, place: &Place, values: &[f64]) -> Vec<(usize, f64)> {
 }
 
 impl Budget<'_> {
-    /// What each term of the remainder takes off squared residuals beyond chance, one after the other beside the
+    /// What each term of the remainder takes off chi squared beyond chance, one after the other beside the
     /// rest of the model, the one that does most first: what two of them have in common is of the first.
     pub(super) fn parts(&self, rest: &[usize]) -> Vec<f64> {
-        let model = self.model;
+        let Self { selection, model, .. } = self;
         let of_rest = |at: &usize| rest.contains(at);
         let others = (0..model.len()).filter(|at| !of_rest(at)).map(|at| model[at]);
         let mut beside: Vec<usize> = others.collect();
-        let alone = rest.iter().map(|at| self.excess(&beside, model[*at]));
+        let alone = rest.iter().map(|at| selection.gain(&beside, model[*at]).excess());
         let mut order: Vec<(usize, f64)> = alone.enumerate().collect();
         order.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut parts = vec![0.0; rest.len()];
         for (number, _) in order {
             let term = model[rest[number]];
-            parts[number] = self.excess(&beside, term);
+            parts[number] = selection.gain(&beside, term).excess();
             beside.push(term);
         }
         parts

@@ -149,13 +149,10 @@ impl Budget<'_> {
         Ok(Rows { rows, gap, steps, explained })
     }
 
-    /// The sums of some terms by fold, and the pieces in which squared residuals are summed.
+    /// The sums of some terms by fold.
     fn folded(&self, terms: &[usize], cut: Cut) -> (Folded, Pieces) {
         let pieces = cut(self.linear, self.selection, terms);
-        let folded = Folded::new(self.selection, terms, &pieces);
-        let Some(white) = &self.white else { return (folded, pieces) };
-        let pieces = cut(&white.linear, self.selection, terms);
-        (folded.with_squares_of(self.selection, &pieces), pieces)
+        (Folded::new(self.selection, terms, &pieces), pieces)
     }
 
     /// A row without its values and what it brings on held-out readings.
@@ -181,6 +178,7 @@ impl Budget<'_> {
         let other = |one: &&RankedTerm| !selection.is_nearly_own(self.model, term, one.term);
         let others = rivals.iter().chain(blocks.iter().find(other)).map(|one| one.ln_bayes);
         let selected = effect_of(&linear.fitted, &own.name);
+        let alone = selection.gain(&[], term);
         Row {
             name: own.name.clone(),
             variant: own.variant,
@@ -191,7 +189,7 @@ impl Budget<'_> {
             gain: gains[at],
             ln_bayes,
             closes: 0.0,
-            alone: (self.excess(&[], term) / self.total.max(f64::MIN_POSITIVE)).min(1.0),
+            alone: (alone.excess() / self.total.max(f64::MIN_POSITIVE)).min(1.0),
             posterior: posterior(ln_bayes, others),
             predictive_gain: 0.0,
             aliases,

@@ -1,8 +1,9 @@
 //! How large a part of the remainder is in the readings of its measurand.
 
-use crate::diagnose::budget::linear::{Linear, Measurand};
+use crate::diagnose::budget::linear::Measurand;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::{Of, Place};
+use crate::engine::gram::LeastSquares;
 
 use super::Budget;
 
@@ -16,9 +17,10 @@ impl Budget<'_> {
             _ => None,
         };
         let Fitted { problem, fit, .. } = &linear.fitted;
-        let squares = match &self.white {
-            Some(white) => self.squares_of_readings(&white.linear, term, values),
-            None => self.squares_of_sums(term, values),
+        let squares = if problem.has_memory() {
+            self.squares_of_readings(term, values)
+        } else {
+            self.squares_of_sums(term, values)
         };
         let mut best: Option<(f64, f64, &str)> = None;
         for Measurand { number, part, measurand, name } in linear.measurands() {
@@ -51,13 +53,18 @@ impl Budget<'_> {
         (0..selection.scale.len()).map(square).collect()
     }
 
-    /// The same of readings under autocorrelated noise, with white weights.
-    fn squares_of_readings(&self, white: &Linear, term: usize, values: &[f64]) -> Vec<f64> {
-        let selection = self.selection;
+    /// The same of readings under autocorrelated noise, without its weights: these are those of
+    /// differences of readings, in which what varies slowly is small.
+    fn squares_of_readings(&self, term: usize, values: &[f64]) -> Vec<f64> {
+        let Self { linear, selection, .. } = self;
+        let mut plain = (*linear).clone();
+        let Fitted { problem, fit, .. } = &mut plain.fitted;
+        problem.parts.iter_mut().for_each(|part| part.gauss_markov.fill(None));
+        problem.reweight(&fit.point);
         let taken_up = selection.taken_up_by_nominal(term, values).into_iter();
         let by: Vec<f64> = taken_up.map(|value| -value).chain(values.iter().copied()).collect();
         let mut squares = vec![0.0; selection.scale.len()];
-        white.visit(selection, &[term], &[], &mut |one| {
+        plain.visit(selection, &[term], &[], &mut |one| {
             let size: f64 = one.model.iter().zip(&by).map(|(column, by)| column * by).sum();
             squares[one.measurand] += size.powi(2);
         });
