@@ -34,7 +34,7 @@ pub const APART: f64 = 2.5;
 pub const APART_SHARE: f64 = 0.01;
 /// ... and their share of all that the model explains.
 pub const APART_OF_ALL: f64 = 1e-3;
-/// Log evidence by which blocks in the place of a small row, or of two rows, must be worse.
+/// Log evidence by which blocks in the place of a small row must be worse.
 pub const MARGIN: f64 = 8.0;
 /// Share of the remainder's gain below which a row is small.
 pub const SMALL_ROW: f64 = 0.1;

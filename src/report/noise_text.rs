@@ -54,7 +54,7 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
             format!("{:.0} %{of} over {time}", 100.0 * one.share)
         });
         text.push_str(&format!(
-            "The noise of `{measurand}`{} is autocorrelated: {}; the weights take account of it.\n",
+            "The noise of `{measurand}`{} is autocorrelated: {}; weights and shares of the gap take account of it, an rms does not.\n",
             in_campaign(of.as_deref()),
             each.collect::<Vec<_>>().join(" and ")
         ));

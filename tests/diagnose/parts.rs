@@ -144,10 +144,8 @@ fn what_would_stand_in_the_place_of_a_term_is_the_best_beside_the_others() {
         selection.set_scale(&model);
     }
     let exchange = Exchange::new(&selection, &model, &pool);
-    let ones = model.iter().map(|one| vec![*one]);
-    let outs: Vec<Vec<usize>> = ones.chain([vec![model[0], model[2]]]).collect();
-    for out in &outs {
-        let rest: Vec<usize> = model.iter().copied().filter(|own| !out.contains(own)).collect();
+    for out in model.iter().copied() {
+        let rest: Vec<usize> = model.iter().copied().filter(|own| *own != out).collect();
         let others: Vec<usize> =
             pool.iter().copied().filter(|term| !model.contains(term)).collect();
         let due = selection.ranked(&rest, &others)[0];

@@ -61,6 +61,19 @@ fn poses_that_are_repeated_show_the_noise() {
     assert!(text.contains("at the same inputs"), "{text}");
 }
 
+/// Rows that lost their inputs are no repeats of each other.
+#[test]
+fn rows_without_inputs_show_no_noise() {
+    let (name, text) = poses(1, false);
+    let lost = |(row, line): (usize, &str)| match line.rsplit_once(',') {
+        Some((_, x)) if row % 4 == 1 => format!("NaN,NaN,{x}\n"),
+        _ => format!("{line}\n"),
+    };
+    let text: String = text.lines().enumerate().map(lost).collect();
+    let text = begun_with(ARM, &[(name, text)]);
+    assert!(!text.contains("\nx = { sigma"), "{text}");
+}
+
 /// Angles that go far beyond a turn in radians are degrees, unless the model says so already; a few values
 /// decide nothing.
 #[test]

@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::survey::Surveyed;
 use crate::campaign::begin::word::Word;
+use crate::campaign::glitches::least_step;
 use crate::campaign::header::TIME;
 use crate::statistics::robust;
 
@@ -50,13 +51,18 @@ impl<'l> Inputs<'l> {
         }
         let mut last: HashMap<Vec<u64>, f64> = HashMap::new();
         let of_row = |(row, value): (usize, &f64)| {
-            let inputs = self.columns().map(|column| column.values[row].to_bits()).collect();
-            Some(value - last.insert(inputs, *value)?)
+            // Inputs that are missing are not the same; -0 is 0.
+            let bits = |value: f64| value.is_finite().then(|| (value + 0.0).to_bits());
+            let inputs: Option<Vec<u64>> =
+                self.columns().map(|column| bits(column.values[row])).collect();
+            Some(value - last.insert(inputs?, *value)?)
         };
         let pairs = readings.values.iter().enumerate().filter(|(_, value)| value.is_finite());
         let pairs: Vec<f64> = pairs.filter_map(of_row).collect();
         let steps = pairs.iter().map(|pair| pair.abs()).filter(|step| *step > 0.0);
-        let rounding = steps.reduce(f64::min)? / 12_f64.sqrt();
+        // Where all of them agree they are rounded to more than their noise.
+        let step = steps.reduce(f64::min).unwrap_or_else(|| least_step(&readings.values));
+        let rounding = Some(step / 12_f64.sqrt()).filter(|rounding| rounding.is_finite())?;
         let scatter = robust(&pairs)? / std::f64::consts::SQRT_2;
         (pairs.len() >= LEAST_PAIRS).then_some(scatter.max(rounding))
     }

@@ -66,7 +66,7 @@ impl Sigma {
             measurand: measurand.to_owned(),
             value: None,
             unit: unit.clone(),
-            why: "rows are in any order, and none repeats the inputs of another: nothing shows the noise",
+            why: "rows are in any order, and hardly any has the inputs of another: nothing shows the noise",
         })
     }
 

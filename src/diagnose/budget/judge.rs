@@ -202,8 +202,7 @@ impl Selection<'_> {
                 } else {
                     0.0
                 };
-                let (own, simpler) =
-                    self.replaced(&exchange, &[model[at]], blocks, BLOCKS_FOR_A_ROW);
+                let (own, simpler) = self.replaced(&exchange, model[at], blocks);
                 // One unmodelled cause may be both the only row and what remains in its readings.
                 let is_lone = rows.len() == 1 && rest_of(at) > LONE_SHARE * gain;
                 let one_cause = is_lone && simpler - evidence > -LONE_MARGIN;
@@ -224,19 +223,13 @@ impl Selection<'_> {
         worst.map(|(row, objection)| (model[rows[row]], objection))
     }
 
-    /// Log evidence of the model with blocks in the place of some rows, and that of such models with
-    /// fewer terms.
-    fn replaced(
-        &self,
-        exchange: &Exchange<'_>,
-        out: &[usize],
-        blocks: &[usize],
-        most: usize,
-    ) -> (f64, f64) {
+    /// Log evidence of the model with blocks in the place of a row, and that of such models with fewer
+    /// terms.
+    fn replaced(&self, exchange: &Exchange<'_>, row: usize, blocks: &[usize]) -> (f64, f64) {
         let model = &exchange.model;
         // Blocks that were reduced beside a row are whole again without it.
         let whole = |term: &usize| self.whole(*term);
-        let kept = model.iter().filter(|term| !out.contains(term));
+        let kept = model.iter().filter(|term| **term != row);
         let mut new: Vec<usize> = kept.map(whole).collect();
         let mut best = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         let mut pruned = |new: Vec<usize>| {
@@ -252,9 +245,9 @@ impl Selection<'_> {
         if restored > 0 {
             new = pruned(new);
         }
-        for round in restored..most {
+        for round in restored..BLOCKS_FOR_A_ROW {
             let first = match round {
-                0 => exchange.best(out, |_| true),
+                0 => exchange.best(row, |_| true),
                 _ => self.ranked(&new, blocks).first().copied(),
             };
             let Some(first) = first.filter(|one| one.ln_bayes >= ENTER) else { break };

@@ -171,14 +171,14 @@ impl Selection<'_> {
             let mut best: Option<(f64, usize, usize)> = None;
             for (term, gain) in model.iter().zip(&gains) {
                 let own = self.ln_bayes_factor(*term, *gain);
-                let effect = exchange.best(&[*term], is_effect);
+                let effect = exchange.best(*term, is_effect);
                 let tie = TIE.max(ROUNDING * own);
                 let effect = effect.filter(|one| one.ln_bayes >= ENTER.max(own + tie));
                 let is_plain = |block: usize| is_simple(block, gain.degrees);
                 let block = match &self.terms[*term] {
-                    own if own.is_effect() => exchange.best(&[*term], is_plain),
+                    own if own.is_effect() => exchange.best(*term, is_plain),
                     // A wide block may follow one change.
-                    own if own.change.is_none() => exchange.best(&[*term], is_change),
+                    own if own.change.is_none() => exchange.best(*term, is_change),
                     _ => None,
                 };
                 let block = block.filter(|one| {

@@ -23,8 +23,10 @@ const MOST_PLACES: usize = 16;
 /// The same of a block for inputs with more places, and the readings of each on average at least.
 const MOST_LEVELS: usize = 48;
 const READINGS_OF_A_LEVEL: usize = 2;
-/// Visits of each part of an input with still more places on average at least.
+/// Visits of most parts of an input with still more places at least.
 const VISITS_OF_A_LEVEL: usize = 3;
+/// Inputs beside which such parts are made at most: of many, one follows another along each path.
+const FEW_INPUTS: usize = 4;
 
 /// How the inputs that vary are spread, with the places at which a line over each may bend: all of a few, or
 /// octiles of many; none of an angle that is treated as periodic.
@@ -36,6 +38,7 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
         all.extend(here);
     });
     let alike: Vec<Vec<String>> = values.values().map(|one| alike(one, &values)).collect();
+    let are_few = values.len() <= FEW_INPUTS;
     let spread = values.into_iter().zip(alike);
     spread
         .filter_map(|((name, (is_angle, mut all)), alike)| {
@@ -46,7 +49,9 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
                 let turned = || in_order.iter().map(|one| one.rem_euclid(TAU));
                 let mut places: Vec<f64> = turned().collect();
                 places.sort_by(f64::total_cmp);
-                let levels = levels(&distinct(&places, TAU), turned(), (0.0, TAU));
+                let places = distinct(&places, TAU);
+                let parts = || parts(turned(), (0.0, TAU), true);
+                let levels = levels(&places, all.len(), are_few.then_some(parts));
                 let spread = Spread::of_angle(name, &all, span);
                 return Some(spread.with_levels(levels).with_alike(alike));
             }
@@ -54,7 +59,8 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
             if places.len() < 3 {
                 return None;
             }
-            let levels = levels(&places, in_order.iter().copied(), (all[0], span));
+            let parts = || parts(in_order.iter().copied(), (all[0], span), false);
+            let levels = levels(&places, all.len(), are_few.then_some(parts));
             if places.len() > MOST_PLACES {
                 places = (0..=KNOTS).map(|k| all[k * (all.len() - 1) / KNOTS]).collect();
                 places = distinct(&places, span);
@@ -113,34 +119,57 @@ fn distinct(sorted: &[f64], span: f64) -> Vec<f64> {
     places
 }
 
-/// Places that are too many for knots, where each has several of the readings: none else. Of more than
-/// `MOST_LEVELS` the middles of so many equal parts of a span, where those that are visited have several visits
-/// each: what comes back with the place is no noise, and of what passes once nothing does.
-fn levels(
-    places: &[f64],
-    in_order: impl ExactSizeIterator<Item = f64>,
-    (first, span): (f64, f64),
-) -> Vec<f64> {
-    if places.len() <= MOST_LEVELS {
-        let is_read_again = in_order.len() >= READINGS_OF_A_LEVEL * places.len();
-        return if places.len() > MOST_PLACES && is_read_again {
-            places.to_vec()
-        } else {
-            Vec::new()
-        };
+/// Places that are too many for knots, where each has several of so many readings: none else. Of more than
+/// `MOST_LEVELS` the middles of parts of the span, where these are wanted.
+fn levels(places: &[f64], readings: usize, parts: Option<impl FnOnce() -> Vec<f64>>) -> Vec<f64> {
+    if places.len() > MOST_LEVELS {
+        return parts.map_or_else(Vec::new, |parts| parts());
     }
-    let part = span / MOST_LEVELS as f64;
+    let is_read_again = readings >= READINGS_OF_A_LEVEL * places.len();
+    if places.len() > MOST_PLACES && is_read_again { places.to_vec() } else { Vec::new() }
+}
+
+/// The middles of `MOST_LEVELS` equal parts of a span, where most of those that are visited have several visits:
+/// what comes back with the place is no noise, and of what passes once nothing does.
+fn parts(
+    in_order: impl Iterator<Item = f64>,
+    (first, span): (f64, f64),
+    is_circle: bool,
+) -> Vec<f64> {
+    let (part, all) = (span / MOST_LEVELS as f64, MOST_LEVELS as f64);
     let (mut last, mut visits) = (f64::NEG_INFINITY, [0_usize; MOST_LEVELS]);
     for place in in_order.map(|value| (value - first) / part) {
+        let apart = (place - last).abs();
+        let apart = if is_circle && apart < all { apart.min(all - apart) } else { apart };
         // What scatters about the edge of two parts visits neither anew.
-        if (place - last).abs() > 1.0 {
+        if apart > 1.0 {
             last = place.floor() + 0.5;
             visits[(place as usize).min(MOST_LEVELS - 1)] += 1;
         }
     }
-    let visited = visits.iter().filter(|one| **one > 0).count();
-    if visited <= MOST_PLACES || visits.iter().sum::<usize>() < VISITS_OF_A_LEVEL * visited {
+    let mut visited: Vec<usize> = visits.into_iter().filter(|one| *one > 0).collect();
+    visited.sort_unstable();
+    if visited.len() <= MOST_PLACES || visited[visited.len() / 2] < VISITS_OF_A_LEVEL {
         return Vec::new();
     }
     (0..MOST_LEVELS).map(|at| first + (at as f64 + 0.5) * part).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A way to and fro has parts; what goes on, and comes back to some parts alone, has none; nor has an angle
+    /// that trembles about zero.
+    #[test]
+    fn parts_are_those_that_are_visited_again() {
+        let passes = (0..600).map(|row| f64::from(row % 200).min(f64::from(200 - row % 200)));
+        assert_eq!(parts(passes, (0.0, 100.0), false).len(), MOST_LEVELS);
+        let on = || (0..400).map(|row| 0.25 * f64::from(row));
+        let jogging = (0..600).map(|row| f64::from(row % 5) * 4.0);
+        assert!(parts(jogging.chain(on()), (0.0, 100.0), false).is_empty());
+        let trembling = (0..600).map(|row| (0.01 * f64::from(row % 2) - 0.005).rem_euclid(TAU));
+        let turn = on().map(|one| one / 100.0 * TAU);
+        assert!(parts(trembling.chain(turn), (0.0, TAU), true).is_empty());
+    }
 }

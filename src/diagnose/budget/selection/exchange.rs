@@ -1,4 +1,4 @@
-//! What terms would gain in the place of some terms of a model, for any of its terms: the model is
+//! What terms would gain in the place of a term of a model, for any of its terms: the model is
 //! factored once.
 //!
 //! With `C` the covariance of the model's values `v`, and of a candidate `j` the Schur complement `S`
@@ -58,15 +58,15 @@ impl<'s> Exchange<'s> {
         Self { selection, model, ranges, values, values_of_streams, covariance, candidates }
     }
 
-    /// The best of some candidates in the place of some terms of the model.
-    pub fn best(&self, out: &[usize], is_one: impl Fn(usize) -> bool + Sync) -> Option<Ranked> {
+    /// The best of some candidates in the place of a term of the model.
+    pub fn best(&self, out: usize, is_one: impl Fn(usize) -> bool + Sync) -> Option<Ranked> {
         let of_terms = self.model.iter().zip(&self.ranges);
-        let at = of_terms.filter(|(term, _)| out.contains(term)).flat_map(|(_, at)| at.clone());
+        let at = of_terms.filter(|(term, _)| **term == out).flat_map(|(_, at)| at.clone());
         let at: Vec<usize> = at.collect();
         let own = Cholesky::new(self.covariance.select_rows(&at).select_columns(&at));
         let Some(own) = own else {
             // Sums that do not determine their values.
-            let rest = self.model.iter().copied().filter(|one| !out.contains(one));
+            let rest = self.model.iter().copied().filter(|one| *one != out);
             let pool = self.candidates.iter().map(|one| one.term).filter(|term| is_one(*term));
             let (rest, pool): (Vec<usize>, Vec<usize>) = (rest.collect(), pool.collect());
             return self.selection.ranked(&rest, &pool).first().copied();
