@@ -46,12 +46,10 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
             all.sort_by(f64::total_cmp);
             let span = all.last()? - all.first()?;
             if is_angle && span > PERIODIC {
-                let turned = || in_order.iter().map(|one| one.rem_euclid(TAU));
-                let mut places: Vec<f64> = turned().collect();
+                let mut places: Vec<f64> = all.iter().map(|one| one.rem_euclid(TAU)).collect();
                 places.sort_by(f64::total_cmp);
-                let places = distinct(&places, TAU);
-                let parts = || parts(turned(), (0.0, TAU), true);
-                let levels = levels(&places, all.len(), are_few.then_some(parts));
+                // Waves over a circle are finer than parts of it.
+                let levels = levels(&distinct(&places, TAU), all.len(), Vec::new);
                 let spread = Spread::of_angle(name, &all, span);
                 return Some(spread.with_levels(levels).with_alike(alike));
             }
@@ -59,8 +57,8 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
             if places.len() < 3 {
                 return None;
             }
-            let parts = || parts(in_order.iter().copied(), (all[0], span), false);
-            let levels = levels(&places, all.len(), are_few.then_some(parts));
+            let parts = || if are_few { parts(in_order, (all[0], span)) } else { Vec::new() };
+            let levels = levels(&places, all.len(), parts);
             if places.len() > MOST_PLACES {
                 places = (0..=KNOTS).map(|k| all[k * (all.len() - 1) / KNOTS]).collect();
                 places = distinct(&places, span);
@@ -121,9 +119,9 @@ fn distinct(sorted: &[f64], span: f64) -> Vec<f64> {
 
 /// Places that are too many for knots, where each has several of so many readings: none else. Of more than
 /// `MOST_LEVELS` the middles of parts of the span, where these are wanted.
-fn levels(places: &[f64], readings: usize, parts: Option<impl FnOnce() -> Vec<f64>>) -> Vec<f64> {
+fn levels(places: &[f64], readings: usize, parts: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
     if places.len() > MOST_LEVELS {
-        return parts.map_or_else(Vec::new, |parts| parts());
+        return parts();
     }
     let is_read_again = readings >= READINGS_OF_A_LEVEL * places.len();
     if places.len() > MOST_PLACES && is_read_again { places.to_vec() } else { Vec::new() }
@@ -131,18 +129,12 @@ fn levels(places: &[f64], readings: usize, parts: Option<impl FnOnce() -> Vec<f6
 
 /// The middles of `MOST_LEVELS` equal parts of a span, where most of those that are visited have several visits:
 /// what comes back with the place is no noise, and of what passes once nothing does.
-fn parts(
-    in_order: impl Iterator<Item = f64>,
-    (first, span): (f64, f64),
-    is_circle: bool,
-) -> Vec<f64> {
-    let (part, all) = (span / MOST_LEVELS as f64, MOST_LEVELS as f64);
+fn parts(in_order: Vec<f64>, (first, span): (f64, f64)) -> Vec<f64> {
+    let part = span / MOST_LEVELS as f64;
     let (mut last, mut visits) = (f64::NEG_INFINITY, [0_usize; MOST_LEVELS]);
-    for place in in_order.map(|value| (value - first) / part) {
-        let apart = (place - last).abs();
-        let apart = if is_circle && apart < all { apart.min(all - apart) } else { apart };
+    for place in in_order.into_iter().map(|value| (value - first) / part) {
         // What scatters about the edge of two parts visits neither anew.
-        if apart > 1.0 {
+        if (place - last).abs() > 1.0 {
             last = place.floor() + 0.5;
             visits[(place as usize).min(MOST_LEVELS - 1)] += 1;
         }
@@ -159,17 +151,13 @@ fn parts(
 mod tests {
     use super::*;
 
-    /// A way to and fro has parts; what goes on, and comes back to some parts alone, has none; nor has an angle
-    /// that trembles about zero.
+    /// A way to and fro has parts; what goes on, and comes back to some parts alone, has none.
     #[test]
     fn parts_are_those_that_are_visited_again() {
         let passes = (0..600).map(|row| f64::from(row % 200).min(f64::from(200 - row % 200)));
-        assert_eq!(parts(passes, (0.0, 100.0), false).len(), MOST_LEVELS);
-        let on = || (0..400).map(|row| 0.25 * f64::from(row));
+        assert_eq!(parts(passes.collect(), (0.0, 100.0)).len(), MOST_LEVELS);
         let jogging = (0..600).map(|row| f64::from(row % 5) * 4.0);
-        assert!(parts(jogging.chain(on()), (0.0, 100.0), false).is_empty());
-        let trembling = (0..600).map(|row| (0.01 * f64::from(row % 2) - 0.005).rem_euclid(TAU));
-        let turn = on().map(|one| one / 100.0 * TAU);
-        assert!(parts(trembling.chain(turn), (0.0, TAU), true).is_empty());
+        let on = (0..400).map(|row| 0.25 * f64::from(row));
+        assert!(parts(jogging.chain(on).collect(), (0.0, 100.0)).is_empty());
     }
 }
