@@ -42,7 +42,7 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
     let spread = values.into_iter().zip(alike);
     spread
         .filter_map(|((name, (is_angle, mut all)), alike)| {
-            let in_order = all.clone();
+            let in_order = if are_few { all.clone() } else { Vec::new() };
             all.sort_by(f64::total_cmp);
             let span = all.last()? - all.first()?;
             if is_angle && span > PERIODIC {
@@ -57,8 +57,7 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
             if places.len() < 3 {
                 return None;
             }
-            let parts = || if are_few { parts(in_order, (all[0], span)) } else { Vec::new() };
-            let levels = levels(&places, all.len(), parts);
+            let levels = levels(&places, all.len(), || parts(in_order, (all[0], span)));
             if places.len() > MOST_PLACES {
                 places = (0..=KNOTS).map(|k| all[k * (all.len() - 1) / KNOTS]).collect();
                 places = distinct(&places, span);
