@@ -59,9 +59,15 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
             each.collect::<Vec<_>>().join(" and ")
         ));
     }
+    if !diagnosis.autocorrelation.is_empty() && diagnosis.remainder.is_empty() {
+        text.push_str(SLOW_EFFECT);
+    }
     text.push_str(&left_out(diagnosis, &diagnosis.left_out));
     text
 }
+
+/// What autocorrelated noise may be, too.
+const SLOW_EFFECT: &str = "An unmodelled effect that varies as slowly and depends on none of the inputs, such as creep or a lag, is not distinguished from such noise.\n";
 
 /// A noise scale factor; noise of a wrong size alone is asked for its unit.
 fn level(one: &Level, is_autocorrelated: bool) -> String {

@@ -64,6 +64,7 @@ mod situations;
 mod sizes;
 mod stated_values;
 mod streams;
+mod suspected;
 mod table_of_stops;
 mod too_small;
 mod trials;

@@ -80,8 +80,8 @@ fn what_is_beyond_the_linear_range_is_simulated_again() {
             };
             assert_eq!(beyond.parameter, "rate_of_decay.change");
             rate = beyond.simulate_at.unwrap();
-            // To a tenth of the range.
-            let words = format!("simulate again at {rate:.3}");
+            // To a hundredth of the range.
+            let words = format!("simulate again at {rate:.4}");
             assert!(text.contains(words.trim_end_matches('0')), "{words}: {text}");
             let json = report::diagnosis::json(&found, None);
             assert_eq!(json["beyond_linear_range"][0]["simulate_at"].as_f64(), Some(rate));

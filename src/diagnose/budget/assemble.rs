@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use crate::diagnose::library::prior::Prior;
 use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::Estimate;
 use crate::estimate::contradicted::contradicted;
 use crate::estimate::linear_range::{BeyondRange, beyond_range};
 
@@ -67,7 +68,14 @@ impl Diagnosis {
             self.explained = Some(found.explained);
         }
         let last = self.explained.as_ref().unwrap_or(&self.nominal);
-        self.beyond_range = beyond_range(&last.problem, &last.estimates());
+        // Of a row the value that is reported: beside the remainder, which the fit does not have.
+        let mut estimates = last.estimates();
+        let of_rows: Vec<&Estimate> = self.rows.iter().flat_map(|row| &row.values).collect();
+        for one in &mut estimates {
+            let same = |own: &&&Estimate| own.name == one.name && own.of == one.of;
+            one.value = of_rows.iter().find(same).map_or(one.value, |own| own.value);
+        }
+        self.beyond_range = beyond_range(&last.problem, &estimates);
         self.remainder = budget.remainder((&rest, &parts), &gains, &solved);
         self.remainder.extend(budget.of_inputs());
         // Beside rows, a row may absorb in the fit what a stated value in the remainder does.

@@ -34,6 +34,7 @@ mod members;
 mod relax;
 mod settled;
 mod spikes;
+mod suspected;
 mod update;
 mod usual_values;
 
@@ -226,6 +227,12 @@ impl<'a> Search<'a> {
                 own.name == *name && form.is_none_or(|form| own.variant == Some(form))
             };
             own.may_enter &= !self.refused.iter().any(is_refused);
+        }
+        let rows = linear.rows();
+        for copy in
+            rows.iter().flat_map(|row| selection.copies_of_own(&rows, *row)).collect::<Vec<_>>()
+        {
+            selection.terms[copy].may_enter &= rows.contains(&copy);
         }
         selection
     }

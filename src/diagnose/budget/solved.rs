@@ -58,7 +58,7 @@ impl Solved {
         &self.values.as_slice()[self.terms[at].clone()]
     }
 
-    /// The values of a row beside the whole budget.
+    /// The values of a row beside the whole budget, with those of the fit without the remainder.
     pub fn values(
         &self,
         linear: &Linear,
@@ -88,9 +88,12 @@ impl Solved {
                 return one;
             }
             let value: f64 = placed.iter().map(|(column, by)| by * values[*column]).sum();
-            let variance = of_combination(covariance, &placed);
+            // Whether the remainder is in the form of the row is not known: the value is somewhere between
+            // that beside it and that without it, uniformly (GUM, type B).
+            let shift = value - one.value.unwrap_or(value);
+            let variance = of_combination(covariance, &placed).max(0.0) + shift.powi(2) / 3.0;
             one.value = Some(value);
-            one.sigma = Some(variance.max(0.0).sqrt());
+            one.sigma = Some(variance.sqrt());
             one
         })
         .collect()

@@ -26,6 +26,7 @@ use super::place::{ALL_READINGS, Of, TIME_OF};
 use made::{Block, blocks_over};
 use parameters::of_parameters;
 use readings::{attitudes, errors, of_inputs, readings};
+use sensitivities::without_sensitivities;
 use spread::Spread;
 
 mod covariate;
@@ -33,6 +34,7 @@ mod made;
 mod oscillation;
 mod parameters;
 mod readings;
+mod sensitivities;
 pub(in crate::diagnose) mod spread;
 mod together;
 mod waves;
@@ -105,7 +107,8 @@ pub(in crate::diagnose) fn over_values(recipes: &[Recipe], spreads: &[Spread]) -
 fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Candidate> {
     let mut joined = Joined::new(recipes.len());
     for (campaign, recipe) in recipes.iter().enumerate() {
-        let made = effects(&recipe.model).into_par_iter().filter_map(|(effect, place)| {
+        let model = without_sensitivities(&recipe.model, &recipe.library);
+        let made = effects(&model).into_par_iter().filter_map(|(effect, place)| {
             let selected = Selected { effect, head: None, member: BTreeMap::new() };
             let system = recipe.with_first(&selected).ok()?;
             Some((selected, place, system))

@@ -174,9 +174,11 @@ impl Budget<'_> {
             .map(|one| linear.terms[one.term].name.clone())
             .collect();
         let blocks = selection.ranked(&rest, &pools.blocks);
-        // A block of nearly the form of a cause that a user suspects is no other cause.
+        // What has nearly the form of a cause that a user suspects is no other cause.
+        let copies = selection.copies_of_own(self.model, term);
+        let others = rivals.iter().filter(|one| !copies.contains(&one.term));
         let other = |one: &&RankedTerm| !selection.is_nearly_own(self.model, term, one.term);
-        let others = rivals.iter().chain(blocks.iter().find(other)).map(|one| one.ln_bayes);
+        let others = others.chain(blocks.iter().find(other)).map(|one| one.ln_bayes);
         let selected = effect_of(&linear.fitted, &own.name);
         let alone = selection.gain(&[], term);
         Row {

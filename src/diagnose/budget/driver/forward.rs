@@ -133,6 +133,7 @@ impl Search<'_> {
             };
             let curved = self.better_curved(&linear, &selection, &model, Some(&next))?;
             let next = curved.unwrap_or(next);
+            let next = self.suspected(&linear, &selection, &ranked, &next)?.unwrap_or(next);
             let acts = linear.candidates[next.term].selected.effect.acts;
             let is_first_clock = self.rows.is_empty() && acts == Acts::Timing;
             self.enter(&linear, next);
