@@ -32,5 +32,6 @@ pub mod stamp_jumps;
 mod stated;
 pub mod sums;
 pub mod terms;
+pub mod transients;
 pub mod verdict;
 mod well_determined;

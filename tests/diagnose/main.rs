@@ -67,6 +67,7 @@ mod streams;
 mod suspected;
 mod table_of_stops;
 mod too_small;
+mod transients;
 mod trials;
 mod unknown;
 mod values_of_runs;

@@ -26,7 +26,7 @@ mod size;
 impl Diagnosis {
     /// Puts the answer together beside the nominal calibration.
     pub fn of(mut self, found: Found, prior: &Prior, options: &Options) -> Result<Self, FitError> {
-        let Found { competed, left_out, noise, unseen, objections, log } = found;
+        let Found { competed, left_out, transients, noise, unseen, objections, log } = found;
         let Competed { linear, judged, scale } = competed;
         let mut selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
         selection.adopt_scale(&scale);
@@ -78,6 +78,10 @@ impl Diagnosis {
         self.beyond_range = beyond_range(&last.problem, &estimates);
         self.remainder = budget.remainder((&rest, &parts), &gains, &solved);
         self.remainder.extend(budget.of_inputs());
+        if !transients.is_empty() {
+            self.remainder.extend(transients.iter().map(|one| budget.transient(one)));
+            self.remainder.sort_by(|a, b| b.share.total_cmp(&a.share));
+        }
         // Beside rows, a row may absorb in the fit what a stated value in the remainder does.
         if self.contradicted.is_empty() {
             self.contradicted = contradicted(&self.nominal);

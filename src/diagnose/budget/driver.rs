@@ -23,6 +23,7 @@ use super::noise::{Outlier, ReadingAt};
 use super::search::Log;
 use super::selection::Selection;
 use super::terms::Change;
+use super::transients::Transient;
 
 mod compete;
 mod curved_rows;
@@ -35,6 +36,7 @@ mod relax;
 mod settled;
 mod spikes;
 mod suspected;
+mod transients;
 mod update;
 mod usual_values;
 
@@ -55,6 +57,8 @@ pub struct Found {
     pub competed: Competed,
     /// Readings that were left out.
     pub left_out: LeftOut,
+    /// Transients among them.
+    pub transients: Vec<Transient>,
     /// Effects on the noise.
     pub noise: Vec<NoiseEffect>,
     /// Effects that show in no reading beside the nominal model.
@@ -88,6 +92,8 @@ struct Search<'a> {
     first_spikes: Spikes,
     spikes: Spikes,
     has_judged_spikes: bool,
+    /// Transients, which are left out, too.
+    transients: Vec<Transient>,
     /// What a block may not be over.
     no_covariates: NoCovariates,
     /// What is left out, and the runs of each campaign with all readings.
@@ -160,11 +166,22 @@ impl Search<'_> {
             let name = |term: usize| linear.terms[term].name.clone();
             let named = judged.objections.iter().map(|(term, why)| (name(*term), why.clone()));
             search.objections.extend(named);
-            let Search { left_out: outliers, spikes, noise, objections, log, unseen, .. } = search;
+            let Search { left_out: outliers, spikes, transients, noise, .. } = search;
+            let Search { objections, log, unseen, .. } = search;
             let unseen = unseen.unwrap_or_default();
             let mut left_out = spikes.left_out;
             left_out.extend(outliers);
-            return Ok(Some(Found { competed, left_out, noise, unseen, objections, log }));
+            let problem = &competed.linear.fitted.problem;
+            left_out.stretches.extend(transients.iter().map(|one| one.stretch(problem)));
+            return Ok(Some(Found {
+                competed,
+                left_out,
+                transients,
+                noise,
+                unseen,
+                objections,
+                log,
+            }));
         }
     }
 
@@ -200,6 +217,7 @@ impl<'a> Search<'a> {
             first_spikes: spikes.clone(),
             spikes,
             has_judged_spikes: false,
+            transients: Vec::new(),
             outliers: Vec::new(),
             seen_outliers: Vec::new(),
             noise: Vec::new(),

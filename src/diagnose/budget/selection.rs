@@ -259,7 +259,12 @@ impl<'a> Selection<'a> {
 
     /// The log Bayes factor of a change.
     pub fn ln_bayes_factor_of_change(&self, change: &Change) -> f64 {
-        ln_bayes_factor(change.gain, change.members, self.blocks)
+        self.ln_bayes_factor_of_block(change.gain, change.members)
+    }
+
+    /// The log Bayes factor of a gain that is no effect's.
+    pub(super) fn ln_bayes_factor_of_block(&self, gain: Gain, members: usize) -> f64 {
+        ln_bayes_factor(gain, members, self.blocks)
     }
 
     /// Number of candidates of a term's kind.

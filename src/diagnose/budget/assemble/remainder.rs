@@ -6,6 +6,7 @@ use crate::diagnose::budget::answer::{NEAREST, Remainder, StepChange};
 use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
 use crate::diagnose::budget::solved::Solved;
 use crate::diagnose::budget::terms::{Term, without};
+use crate::diagnose::budget::transients::Transient;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::price::Gain;
@@ -52,6 +53,13 @@ impl Budget<'_> {
             beside.push(term);
         }
         parts
+    }
+
+    /// A transient, which the fit does not have: its share is that of a gap with it.
+    pub(super) fn transient(&self, one: &Transient) -> Remainder {
+        let own = one.gain.excess();
+        let share = own / (self.total.max(0.0) + own);
+        Remainder { gain: one.gain, share, ..Remainder::at(one.place.clone()) }
     }
 
     /// The parts of the remainder, terms and what each of them takes off.

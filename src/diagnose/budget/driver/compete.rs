@@ -71,6 +71,9 @@ impl Search<'_> {
         let mut model = linear.rows();
         let first = self.first_changes(linear, &model);
         linear.with_changes(&first);
+        if self.take_transients(linear)? {
+            return Ok(None);
+        }
         let mut scale: Vec<f64> = Vec::new();
         let mut instead = None;
         for round in 0..=CHANGE_ROUNDS {

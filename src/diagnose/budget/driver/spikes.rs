@@ -11,7 +11,8 @@ impl Search<'_> {
     /// Judges bursts and spikes beside the rows, once; whether others than before are left out.
     pub(super) fn take_spikes(&mut self, competed: &Competed) -> Result<bool, FitError> {
         let Competed { linear, .. } = competed;
-        if self.rows.is_empty() || std::mem::replace(&mut self.has_judged_spikes, true) {
+        let is_judged = std::mem::replace(&mut self.has_judged_spikes, true);
+        if self.rows.is_empty() || is_judged || !self.transients.is_empty() {
             return Ok(false);
         }
         let mut fitted = linear.fitted.clone();
