@@ -10,10 +10,10 @@ use nalgebra::{DMatrix, DVector};
 use crate::engine::layout::Instance;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::eigen;
+use crate::statistics::ln_chi_squared;
 
-/// Standard deviations between what is stated and what the readings say from which on they
-/// contradict each other.
-const APART: f64 = 5.0;
+/// Probability that a campaign whose stated values are all right has a contradicted one (Baarda's).
+const BY_CHANCE: f64 = 1e-3;
 /// Standard deviations by which a stated value is left only where it is wrong, or the model.
 pub const BY_FAR: f64 = 20.0;
 /// Redundancy below which the readings say nothing of a stated value.
@@ -46,20 +46,22 @@ pub struct Contradicted {
 /// Where residuals are larger than stated the bar is higher by as much: by the variance factor of
 /// what remains without all that are contradicted. Otherwise a value that is far enough off would
 /// raise the bar beyond itself, and two such values would hide each other. So all that are beyond
-/// `APART` are left out first, and those that are not beyond the bar then put back, until none is.
+/// the bar of stated noise are left out first, and those that are not beyond the raised bar then put
+/// back, until none is.
 pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
     if !result.is_sound() {
         return Vec::new();
     }
     let count = result.problem.layout.instances.len();
     let judged = (0..count).filter_map(|index| Some((index, judged(result, index)?)));
-    let mut found: Vec<(usize, Contradicted)> =
-        judged.filter(|(_, one)| one.deviations > APART).collect();
+    let mut found: Vec<(usize, Contradicted)> = judged.collect();
+    let tested = found.iter().map(|(_, one)| one.components).sum();
+    found.retain(|(_, one)| is_apart(one.deviations, tested));
     while !found.is_empty() {
         let indices: Vec<usize> = found.iter().map(|(index, _)| *index).collect();
-        let bar = bar_without(result, &indices);
+        let scale = noise_scale_without(result, &indices);
         let before = found.len();
-        found.retain(|(_, one)| one.deviations > bar);
+        found.retain(|(_, one)| is_apart(one.deviations / scale, tested));
         if found.len() == before {
             break;
         }
@@ -69,15 +71,20 @@ pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
     found
 }
 
-/// Standard deviations beyond which a stated value is contradicted, by the residuals of everything
-/// but these stated values.
-fn bar_without(result: &Calibration, indices: &[usize]) -> f64 {
+/// Whether so many standard deviations contradict a stated value, the farthest of so many components
+/// that the readings test.
+fn is_apart(deviations: f64, tested: usize) -> bool {
+    ln_chi_squared(deviations.powi(2), 1) + (tested.max(1) as f64).ln() < BY_CHANCE.ln()
+}
+
+/// The noise scale factor of everything but these stated values, 1 at least.
+fn noise_scale_without(result: &Calibration, indices: &[usize]) -> f64 {
     let (redundancy, left) = redundancy(result, indices);
     let (gain, components) = gain(redundancy, &left);
     let cost = (result.fit.cost - gain).max(0.0);
     let degrees = result.degrees_of_freedom() - components as i64;
     let factor = if degrees > 0 { cost / degrees as f64 } else { 1.0 };
-    APART * factor.max(1.0).sqrt()
+    factor.max(1.0).sqrt()
 }
 
 /// What the other observations leave free of these stated values, `I − C Q Cᵀ`, and what the fit
@@ -154,7 +161,9 @@ pub fn against(stated: &Calibration, free: &Calibration, name: &str) -> Option<C
         let (Some(value), Some(alone)) = (known(&setting.value), estimate.value) else { continue };
         let sigma = known(&setting.sigma).unwrap_or(0.0);
         let deviations = (value - alone).abs() / sigma.hypot(estimate.sigma.unwrap_or(0.0));
-        if deviations > APART && farthest.as_ref().is_none_or(|one| one.deviations < deviations) {
+        if is_apart(deviations, 1)
+            && farthest.as_ref().is_none_or(|one| one.deviations < deviations)
+        {
             farthest = Some(Contradicted {
                 parameter: name.to_owned(),
                 estimate,

@@ -14,7 +14,7 @@ use super::in_fit::absent;
 use super::linear::Linear;
 use super::selection::Selection;
 use super::sums::Appended;
-use super::terms::Term;
+use super::terms::{Base, Term};
 use crate::diagnose::library::place::Place;
 use crate::engine::gram::{LeastSquares, PriorRow};
 use crate::estimate::arrow::normal_matrix;
@@ -97,6 +97,35 @@ impl Linear {
         let axis = component.map_or("", |axis| [".x", ".y", ".z"][axis]);
         (all_are && component.is_none_or(|one| one < layout.instances[first].dimension()))
             .then(|| format!("{name}{axis}"))
+    }
+
+    /// Whether a change of a parameter is in all readings on which that value of it acts. It is no
+    /// change: the fit estimates the value, and where one is stated that is wrong.
+    pub(super) fn is_whole_value(
+        &self,
+        base: Base,
+        at: (usize, usize),
+        end: Option<usize>,
+    ) -> bool {
+        let problem = &self.fitted.problem;
+        if at.1 > 0 || end.is_some_and(|end| end != problem.samples_in(at.0)) {
+            return false;
+        }
+        let place = self.candidates[base.candidate].place.as_ref();
+        let Some(name) = place.and_then(Place::parameter) else { return false };
+        let value_in = |run: usize| {
+            let (part, run) = problem.run_at(run);
+            let mut names = problem.parts[part].system.assembly.names.parameters.iter();
+            let parameter = names.position(|one| one.name == name)?;
+            Some(problem.layout.instance_in(part, run, parameter))
+        };
+        let part = |run: usize| problem.run_at(run).0;
+        let is_changed = |run: usize| match end {
+            Some(_) => run == at.0,
+            None => part(run) == part(at.0) && self.order[run] >= self.order[at.0],
+        };
+        let own = value_in(at.0);
+        (0..self.order.len()).all(|run| (value_in(run) == own) == is_changed(run))
     }
 
     /// Takes out the values, of the terms from a first one on with these equations, whose redundancy

@@ -95,7 +95,9 @@ impl Budget<'_> {
                     let largest = waves.iter().map(|one| one.1).reduce(f64::max);
                     Some((largest.unwrap_or_else(|| own[0].hypot(own[1])), unit))
                 });
-                let rms = self.rms(self.model[*at], &own);
+                // An equation of what is stated is no reading.
+                let is_of_prior = term.candidate == usize::MAX && place.stated().is_some();
+                let rms = self.rms(self.model[*at], &own).filter(|_| !is_of_prior);
                 // Over a part of a turn nominal parameters may absorb most of a wave.
                 let is_seen = |(size, _): &(f64, Unit)| {
                     let rms = rms.as_ref().map_or(0.0, |(rms, _)| *rms);

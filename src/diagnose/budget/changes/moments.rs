@@ -118,7 +118,8 @@ impl Linear {
                 // Of all moments, and of those at which a run begins.
                 let (mut best, mut best_of_runs): (Option<(f64, usize)>, _) = (None, None);
                 for bin in 1..bins.len() {
-                    if !late[bin] || part(bin) != part(bin - 1) {
+                    let is_whole = || self.is_whole_value(*base, bins[bin], None);
+                    if !late[bin] || part(bin) != part(bin - 1) || is_whole() {
                         continue;
                     }
                     let Some(gain) = gain_from(bin) else { continue };
@@ -154,7 +155,9 @@ impl Linear {
                 // A stretch has one end more.
                 let simpler = moment.as_ref().map_or(0.0, |one| one.gain.gain + 2.0 * ENTER);
                 let stretch = self.best_stretch(*base, sum, (taken_up, &stretches), bins);
-                let stretch = stretch.filter(|one| one.gain.gain > simpler);
+                let stretch = stretch.filter(|one| {
+                    one.gain.gain > simpler && !self.is_whole_value(*base, one.at, one.end)
+                });
                 let found = moment.into_iter().chain(stretch);
                 let worth = found.filter(|one| selection.ln_bayes_factor_of_change(one) >= *least);
                 all.extend(worth.map(|one| (taken_up.is_of_a_part(), one)));
