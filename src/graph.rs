@@ -12,6 +12,7 @@
 //! | [`layers`] | sets of effects, and which of them can matter to a name |
 //! | [`context`] | what a name means at a measurand's moment under a set of effects |
 //! | [`resolve`] | the graph of every measurand: [`assemble`] |
+//! | [`mod@quantities`] | the kind and the dimension of each named quantity |
 //! | [`partials`] | the partial derivatives of every function, as nodes |
 //! | [`rate`] | the total derivative with respect to the moment, as new nodes |
 //! | [`mod@delayed`] | an expression at an earlier moment, as new nodes |
@@ -32,6 +33,7 @@ pub mod lower;
 pub mod names;
 pub mod node;
 pub mod partials;
+pub mod quantities;
 pub mod rate;
 pub mod recognise;
 pub mod resolve;

@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::effect::Effect;
+use crate::graph::quantities::quantities;
 use crate::graph::{Kind, MeasurandKind};
 use crate::model::{Model, Override};
 use crate::system::needs::{heads_for, lacks_of, missing_at, names_in, roles_at};
-use crate::system::stand_ins;
+use crate::system::{System, stand_ins};
 use crate::units::Dimension;
 
 /// What of a library can be tested on a model.
@@ -18,8 +19,8 @@ pub struct Testable {
     pub effects: Vec<String>,
     /// How many there are.
     pub of: usize,
-    /// Names that the model lacks: those that it has something for first, then those that would add most
-    /// effects.
+    /// Names that the model lacks and has something of the same dimension for: those that it has something
+    /// of the same kind for first, then those that would add most effects.
     pub lacking: Vec<Lacking>,
 }
 
@@ -78,6 +79,12 @@ pub fn testable<'e>(
             }),
         }
     }
+    let (has, of_library) = (measures(model), known.iter().flat_map(measures).collect::<Vec<_>>());
+    let may_be = |name: &String| {
+        let mut due = of_library.iter().filter(|(known, _)| known == name).peekable();
+        due.peek().is_none() || due.any(|(_, due)| has.iter().any(|(_, own)| own == due))
+    };
+    found.lacking.retain(|one| one.names.iter().all(may_be));
     found.lacking = joined(found.lacking);
     for one in &mut found.lacking {
         one.unmatched = unmatched(&one.names, model, known, &asked);
@@ -124,6 +131,34 @@ fn unmatched(names: &[String], model: &Model, known: &[Model], asked: &BTreeSet<
         place.map(|place| free.swap_remove(place)).is_none()
     };
     names.iter().filter(is_unmatched).count()
+}
+
+/// What a value is made of.
+#[derive(Clone, Copy, PartialEq)]
+enum Measure {
+    /// Angles: it is one, or a rotation.
+    Turn,
+    /// A number or numbers of this dimension.
+    Of(Dimension),
+}
+
+/// What each name of a model is made of. A quantity without a dimension may be an angle.
+fn measures(model: &Model) -> Vec<(String, Measure)> {
+    let measure = |name: &str, is_turn: bool, dimension: Dimension| {
+        (name.to_owned(), if is_turn { Measure::Turn } else { Measure::Of(dimension) })
+    };
+    let declared = sorts(model).map(|(name, (is, dimension, is_angle))| {
+        let is_rotation =
+            matches!(is, Is::Parameter(Kind::Rotation) | Is::Reading { is_rotation: true });
+        measure(name, is_angle || is_rotation, dimension)
+    });
+    let mut all: Vec<(String, Measure)> = declared.collect();
+    if let Ok(system) = System::build(model, &[], &[], &[]) {
+        all.extend(quantities(&system.assembly.names).map(|(name, kind, dimension)| {
+            measure(name, kind != Kind::Vector && dimension == Dimension::NONE, dimension)
+        }));
+    }
+    all
 }
 
 /// What a name of a model is, its dimension, and whether it is an angle.

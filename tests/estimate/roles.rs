@@ -196,3 +196,25 @@ fn the_roles_that_a_model_has_inputs_for_come_first() {
     assert_eq!(found.lacking[joints].effects, ["joint_compliance", "joint_offset"]);
     assert!(joints < place(&["horizontal", "vertical"]).unwrap(), "{:?}", found.lacking);
 }
+
+/// A scale under a belt has no length and no angle, of which a distance or a turn could be made.
+#[test]
+fn roles_are_offered_where_a_model_has_their_dimension() {
+    let text = "name = \"cell\"\n[inputs]\nload = { unit = \"kg\" }\ntemp = { unit = \"K\" }\nbelt = { unit = \"m/s\" }\n\
+        [parameters]\ngain = { unit = \"1\", scope = \"rig\" }\n[quantities]\npull = '[gain * load, 0 kg, 0 kg]'\n\
+        [measurands]\nweight = { value = 'pull.x', unit = \"g\" }\n";
+    let offered = |text: &str| {
+        let model = Model::parse(Source::new("cell.toml", text.to_owned())).unwrap();
+        let found = testable(&model, Library::builtin().unwrap().effects(), &[], &shipped());
+        found.lacking.into_iter().flat_map(|one| one.names).collect::<Vec<_>>()
+    };
+    assert_eq!(offered(text), [""; 0]);
+    // With an angle, roles of angles and turns; with a length, those of lengths.
+    let with_angle =
+        offered(&text.replace("[parameters]", "tilt = { unit = \"deg\" }\n[parameters]"));
+    let has = |all: &[String], name: &str| all.iter().any(|one| one == name);
+    assert!(has(&with_angle, "arm_angle") && !has(&with_angle, "distance"), "{with_angle:?}");
+    let with_length =
+        offered(&text.replace("[parameters]", "way = { unit = \"mm\" }\n[parameters]"));
+    assert!(has(&with_length, "distance") && !has(&with_length, "arm_angle"), "{with_length:?}");
+}
