@@ -44,9 +44,9 @@ impl Label {
 /// Relative difference of mean rates within one group.
 const SAME_RATE: f64 = 0.05;
 /// Samples of a run that its mean rates are found from.
-const SAMPLES: usize = 2048;
+pub(in crate::diagnose) const SAMPLES: usize = 2048;
 /// Mean rate of a run, in parts of its rms rate, from which a signal moves steadily in it.
-const STEADY: f64 = 0.3;
+pub(in crate::diagnose) const STEADY: f64 = 0.3;
 /// Mean rate, in parts of the largest, below which a signal stands still.
 const STILL: f64 = 1e-3;
 

@@ -1,5 +1,5 @@
-//! What could be added to a campaign, tried one at a time on the design: a run of opposite sense, at
-//! another rate, with ramps, with a signal that stood still; another setup, the rig tilted or not; a
+//! What could be added to a campaign, tried one at a time on the design: a run of opposite sense or one
+//! more like it, at another rate, with ramps, with a signal that stood still; another setup, the rig tilted or not; a
 //! stated length. Whether it helps is no rule of thumb but the same computation with it added.
 
 use crate::campaign::{Run, Samples, Track};
@@ -8,6 +8,8 @@ use crate::engine::{Point, Problem};
 use crate::graph::{Kind, Scope};
 use crate::quaternion::Quaternion;
 use crate::units::{Dimension, Unit};
+
+use crate::diagnose::budget::labels::{SAMPLES, STEADY};
 
 use super::design::design;
 
@@ -43,7 +45,12 @@ pub(super) fn remedies(fitted: &Fitted) -> Vec<(String, Fitted)> {
         run.record.edit(|samples| moved(samples, input, motion));
         problem.parts[part].runs.push(run);
     };
-    if senses < 2 {
+    if !has_sense(&fitted.problem.parts[part].runs[run], (signal, &inputs[signal].unit)) {
+        let name = &fitted.problem.parts[part].runs[run].name;
+        add(&format!("one more run like `{name}`"), &|problem| {
+            more(problem, signal, &|m: &Moment| m.now);
+        });
+    } else if senses < 2 {
         add("a run of opposite sense", &|problem| {
             let opposite = |m: &Moment| [2.0 * m.first[0] - m.now[0], -m.now[1], -m.now[2]];
             more(problem, signal, &opposite);
@@ -168,6 +175,18 @@ fn mean_rate(run: &Run, input: usize) -> f64 {
     if to > from { (b - a) / (to - from) } else { 0.0 }
 }
 
+/// Whether an input of this unit moves in one sense in a run, and could in the other one: it is an angle
+/// or a place, and does not go to and fro.
+fn has_sense(run: &Run, (input, unit): (usize, &Unit)) -> bool {
+    let samples = run.record.spread(SAMPLES, 1);
+    let rates = (0..samples.len()).map(|sample| at(&samples, input, sample)[1]);
+    let (sum, squares) = rates
+        .filter(|rate| rate.is_finite())
+        .fold((0.0_f64, 0.0), |(sum, squares), rate| (sum + rate, squares + rate * rate));
+    let is_place = unit.is_angle() || unit.dimension == Dimension::LENGTH;
+    is_place && sum.abs() >= STEADY * (squares * samples.len() as f64).sqrt()
+}
+
 fn stands_still(problem: &Problem, part: usize, input: usize) -> bool {
     let mut still = true;
     for run in &problem.parts[part].runs {
@@ -245,4 +264,29 @@ fn with_setups(from: &Problem, point: &Point, to: &Problem) -> Point {
         };
     }
     made
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use std::path::Path;
+
+    use super::*;
+    use crate::engine::open::{Request, open};
+
+    #[test]
+    fn a_motion_to_and_fro_is_repeated_and_one_in_one_sense_reversed() {
+        let words = |folder: &str| -> Vec<String> {
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+            let opened = open(&Request::new([folder])).unwrap();
+            let point = Point::start(&opened.problem.layout);
+            let fitted = design(opened.recipes, opened.problem, point);
+            remedies(&fitted).into_iter().map(|(words, _)| words).collect()
+        };
+        assert_eq!(words("tests/cli/one_run")[0], "a run of opposite sense");
+        let to_and_fro = words("examples/rail_car");
+        assert_eq!(to_and_fro[0], "one more run like `out_and_back`");
+        assert!(to_and_fro.iter().all(|one| one != "a run of opposite sense"));
+    }
 }
