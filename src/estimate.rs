@@ -55,6 +55,7 @@
 //! | [`coverage`] | coverage factors from degrees of freedom |
 //! | [`differences`] | the seed's own way to the uncertainty of a delay, by differences over 1 ms |
 //! | [`compare`] | both ways side by side |
+//! | [`mod@unit_factors`] | scales that took up a wrong unit |
 //! | [`mod@unrecorded`] | which accelerations the readings miss |
 
 pub mod absorbed;
@@ -114,6 +115,7 @@ pub mod stream_bias;
 pub mod systematic;
 pub mod transformation;
 pub(crate) mod trimmed;
+pub mod unit_factors;
 pub mod unrecorded;
 pub mod variance;
 pub mod withheld;

@@ -167,12 +167,9 @@ impl Loader<'_> {
         }
     }
 
-    /// Warns of columns of a run without any reading, beside others that have some.
+    /// Warns of columns of a run without any reading.
     pub(crate) fn warn_of_empty(&mut self, entry: &RunEntry, table: &Table, known: &Readings) {
         let columns = reading_columns(self.model);
-        if !known.filled.contains(&true) {
-            return;
-        }
         let empty = columns.iter().zip(&known.filled).filter(|(_, is_filled)| !**is_filled);
         let empty = empty.filter(|((_, name), _)| table.column(name).is_some());
         let names: Vec<String> = empty.map(|((_, name), _)| format!("`{name}`")).collect();
@@ -214,12 +211,14 @@ impl Loader<'_> {
         2 * outside <= all
     }
 
-    /// Faults runs of which most samples lie outside their streams, when all runs are read.
+    /// Faults runs of which most samples lie outside their streams, when all runs are read, and warns of one
+    /// whose streams seem to be in another unit of time.
     pub(crate) fn tell_outside(&mut self) {
         let all = std::mem::take(&mut self.streamed);
         for one in all.iter().filter(|one| one.is_outside()) {
             let (message, help) = one.words(&all, &self.delay_range);
             self.reader.fault(one.span, message, help);
         }
+        self.warnings.extend(all.iter().find_map(Streamed::in_smaller_unit));
     }
 }

@@ -4,9 +4,9 @@
 use crate::campaign::declared::RunEntry;
 use crate::campaign::delay_range::DelayRange;
 use crate::campaign::signal::Track;
-use crate::campaign::spline::Spline;
-use crate::campaign::time_units::{Stamps, other_unit, other_unit_since_1970};
-use crate::diagnostic::{Span, decimals};
+use crate::campaign::spline::{Spline, mean_spacing};
+use crate::campaign::time_units::{Stamps, covered_in_parts, other_unit, other_unit_since_1970};
+use crate::diagnostic::{Diagnostic, Span, decimals};
 use crate::model::InputDeclaration;
 use crate::units::decimal;
 
@@ -25,6 +25,8 @@ pub(crate) struct Streamed {
     /// What all streams cover; `None` without streams.
     streams: Option<(f64, f64)>,
     held: Vec<String>,
+    /// The longest mean time (s) between values of a stream.
+    spacing: f64,
     has_gaps: bool,
     /// The stamps of its files.
     pub(crate) stamps: Vec<Stamps>,
@@ -51,6 +53,10 @@ impl Streamed {
             counts: (0, 0),
             samples: shifted(samples.unwrap_or_default()),
             streams: spans.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1))).map(shifted),
+            spacing: logged
+                .clone()
+                .map(|(_, spline)| mean_spacing(&spline.knots))
+                .fold(0.0, f64::max),
             has_gaps: logged.clone().any(|(_, spline)| spline.gaps().0 > 0),
             held: logged.take(MOST_HELD).map(|(name, spline)| held(name, spline, zero)).collect(),
             stamps: Vec::new(),
@@ -60,6 +66,21 @@ impl Streamed {
     /// Whether most samples lie outside the streams.
     pub(crate) fn is_outside(&self) -> bool {
         2 * self.counts.0 > self.counts.1
+    }
+
+    /// The warning of streams that cover the samples only because their times are in a smaller unit than
+    /// stated: in that they would last as long, and begin and end with the samples, and as stated their
+    /// values are farther apart than the samples.
+    pub(crate) fn in_smaller_unit(&self) -> Option<Diagnostic> {
+        let (streams, (first, last)) = (self.streams?, self.samples);
+        let times = (last - first) / (streams.1 - streams.0);
+        let of_samples = (last - first) / self.counts.1 as f64;
+        let is_doubtful = times > 0.0
+            && times < 1.0
+            && self.spacing > of_samples
+            && covered_in_parts(self.samples, streams) > MOSTLY;
+        let (doubt, remedy) = other_unit(&self.stamps, times).filter(|_| is_doubtful)?;
+        Some(Diagnostic::warning(format!("run `{}`: {doubt}", self.run)).help(remedy))
     }
 
     /// The fault of such a run: what is wrong, and what to do. `all` are all runs.
@@ -103,8 +124,8 @@ impl Streamed {
             return format!("; {words}");
         }
         let times = (last - first) / (to - from);
-        if let Some(words) = other_unit(&self.stamps, times).filter(|_| times > 0.0) {
-            return format!("; {words}");
+        if let Some((doubt, remedy)) = other_unit(&self.stamps, times).filter(|_| times > 0.0) {
+            return format!("; {doubt} {remedy}");
         }
         // Most of the samples would be within the streams.
         if 2.0 * (last.min(to) - first.max(from)) > last - first {
@@ -143,6 +164,8 @@ impl Streamed {
     }
 }
 
+/// The part of samples that streams in another unit would cover, at least.
+const MOSTLY: f64 = 0.5;
 /// Half the range of delays (s) that is proposed where clocks are far apart, at least, or this part of
 /// how long the samples last.
 const LEAST_APART: f64 = 5.0;

@@ -116,9 +116,9 @@ impl Stamps {
     }
 }
 
-/// What to do where samples last `times` as long as their streams because the times of one of them
-/// are in another unit; `stamps` are those of the files.
-pub(super) fn other_unit(stamps: &[Stamps], times: f64) -> Option<String> {
+/// Whether samples last `times` as long as their streams because the times of one of them are in another
+/// unit, and what to do then; `stamps` are those of the files.
+pub(super) fn other_unit(stamps: &[Stamps], times: f64) -> Option<(String, String)> {
     let factor = times.max(times.recip());
     unit_of(factor).filter(|unit| *unit != "s")?;
     let (data, streams): (Vec<&Stamps>, Vec<&Stamps>) =
@@ -140,11 +140,21 @@ pub(super) fn other_unit(stamps: &[Stamps], times: f64) -> Option<String> {
     let files: Vec<String> = doubtful.iter().map(|one| format!("`{}`", one.file)).collect();
     let each: Vec<String> = doubtful.iter().map(|one| one.read_in(unit)).collect();
     let instead = if is_stated { format!(", not in {}", short.unit.symbol) } else { String::new() };
-    Some(format!(
-        "the {what} last {factor:.0} times as long: are the times of {} in {unit}{instead}? {}",
-        files.join(" and "),
-        each.join(", ")
-    ))
+    let doubt = format!(
+        "the {what} last {factor:.0} times as long: are the times of {} in {unit}{instead}?",
+        files.join(" and ")
+    );
+    Some((doubt, each.join(", ")))
+}
+
+/// The part of samples, from `first` to `last`, that streams from `from` to `to` would cover if their times
+/// were in so many parts of a second as make both last about as long.
+pub(super) fn covered_in_parts((first, last): (f64, f64), (from, to): (f64, f64)) -> f64 {
+    let is_alike =
+        |(size, _): &&(f64, &str)| ((to - from) / (last - first) / size).ln().abs() < ALIKE.ln();
+    let parts = UNITS[1..].iter().find(is_alike).map(|(size, _)| size);
+    let within = |parts: &f64| (last.min(to / parts) - first.max(from / parts)) / (last - first);
+    parts.map_or(0.0, within)
 }
 
 /// What to do where stamps of one file of a run count since 1970 as they are stated, and those of another

@@ -4,15 +4,19 @@
 use super::render;
 use crate::diagnostic::Diagnostic;
 use crate::estimate::between_runs::{Differing, delays_that_differ};
-use crate::estimate::calibrate::Calibration;
+use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::farthest::{Farthest, farthest};
 use crate::estimate::global::misfit;
 use crate::estimate::overstated::{Overstated, overstated};
 use crate::estimate::refused::{Outside, outside_streams};
+use crate::estimate::unit_factors::unit_factors;
 use crate::estimate::unrecorded::{Unrecorded, unrecorded};
 use crate::report::figure;
 use crate::report::text::{residual_unit, unit_of};
 use crate::units::{Dimension, Unit, decimal};
+
+/// What is asked where a number is far from what is stated, by about as much as a unit.
+const UNIT: &str = "(is its unit right?)";
 
 /// Residuals larger than stated by so much are no matter of uncertainties.
 const SPOILT: f64 = 5.0;
@@ -38,13 +42,28 @@ pub(super) fn tell(fit: &Calibration, quiet: bool) {
 }
 
 /// Reports what may be wrong with the logs: accelerations that nobody recorded, but that readings miss,
-/// and clocks of other time zones.
+/// clocks of other time zones, and scales that took up another unit.
 pub(super) fn tell_of_logs(fit: &Calibration) {
     if fit.is_sound() {
         let missed = unrecorded(&fit.problem, &fit.fit.point);
         render::all(&missed.iter().map(accelerations).collect::<Vec<_>>());
         render::all(&time_zones(fit));
+        render::all(&unit_factors(fit).iter().map(about_a_unit).collect::<Vec<_>>());
     }
+}
+
+/// A scale that is about the factor between two units.
+fn about_a_unit((one, factor): &(Estimate, f64)) -> Diagnostic {
+    let Estimate { name, value, sigma, declared, .. } = one;
+    let of = one.of.as_ref().map_or_else(String::new, |of| format!(" of `{of}`"));
+    let (over, factor) = if *factor < 1.0 { ("1/", factor.recip()) } else { ("", *factor) };
+    let message = format!(
+        "`{name}`{of} starts at 1 and is estimated as {}, within 1 % of {over}{} {UNIT}",
+        figure::value(value.unwrap_or(f64::NAN), *sigma, declared),
+        if factor < 100.0 { decimal(factor, 1) } else { decimal(factor, 0) }
+    );
+    Diagnostic::warning(message)
+        .help("check the units of the columns and parameters that it is a factor of")
 }
 
 /// A delay that differs between runs by more than noise: its common value is a mean of theirs.
@@ -138,7 +157,7 @@ fn small(fit: &Calibration, one: &Overstated) -> Diagnostic {
     let size = |size: f64| figure::size(size, &residual_unit(size, &unit_of(fit, measurand)));
     let times = one.times();
     let message = format!(
-        "the residuals of `{measurand}`{of} are {} times smaller than stated (is its unit right?)",
+        "the residuals of `{measurand}`{of} are {} times smaller than stated {UNIT}",
         decimal(times, if times < 10.0 { 1 } else { 0 })
     );
     let help = format!(

@@ -107,3 +107,31 @@ fn a_sign_is_named_where_a_formula_has_one() {
     let jumps = said();
     assert!(jumps.contains("as with the sign of a noisy rate"), "{jumps}");
 }
+
+/// A scale that starts at 1 takes up a wrong unit, and every other number is right.
+#[test]
+fn a_scale_that_takes_up_a_unit_is_asked_for_it() {
+    for (unit, is_doubtful) in [("kg", false), ("g", true), ("lb", false)] {
+        let model = "name = \"scale\"\n[inputs]\nload = { unit = \"kg\" }\n\
+            [parameters]\ngain = { unit = \"1\", start = \"1\" }\nzero = { unit = \"g\" }\n\
+            [measurands]\nweight = { value = 'gain * load + zero', unit = \"g\" }\n";
+        let mut random = Stream(5);
+        let mut table = format!("load [{unit}],weight [g]\n");
+        for number in 0..200 {
+            let load = 0.01 * f64::from(number);
+            writeln!(table, "{load},{}", 1e3 * load * 0.9995 + 12.0 + random.normal()).unwrap();
+        }
+        let campaign = "model = \"model.toml\"\n[measurands]\nweight = { sigma = \"1 g\" }\n\
+            [[runs]]\nname = \"one\"\ndata = \"one.csv\"\n";
+        let files = [("model.toml", model), ("campaign.toml", campaign), ("one.csv", &*table)];
+        let folder = Folder::new("scale", &files);
+        for command in ["calibrate", "diagnose"] {
+            let output = Command::new(env!("CARGO_BIN_EXE_homepoint"));
+            let output = { output }.arg(command).arg(&*folder).output().unwrap();
+            let told = String::from_utf8_lossy(&output.stderr).into_owned();
+            let words = "`gain` starts at 1 and is estimated as 999.";
+            assert_eq!(told.contains(words), is_doubtful, "{unit}: {told}");
+            assert_eq!(told.contains("within 1 % of 1000 (is its unit right?)"), is_doubtful);
+        }
+    }
+}

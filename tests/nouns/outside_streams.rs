@@ -85,6 +85,30 @@ fn a_header_with_another_unit_of_time_is_named_with_what_it_must_be() {
     assert_eq!(faults(&folder), "");
 }
 
+/// Milliseconds under `[s]` in the stream of samples near its beginning: all of them lie within it.
+#[test]
+fn a_stream_that_lasts_a_thousand_times_as_long_is_doubtful() {
+    let warnings = |folder: &Folder| {
+        let found = open(&Request::new([&**folder])).unwrap().warnings;
+        let texts = found.into_iter().map(|one| format!("{} {}", one.message, one.help.join(" ")));
+        texts.collect::<String>()
+    };
+    let folder = written(&[Run { from: 0.0, parts: [1.0, 1e3], ..Run::default() }]);
+    let found = warnings(&folder);
+    assert!(found.contains("are the times of `plc.csv` in ms? write `time [ms]` in"), "{found}");
+    edit(&folder, "plc.csv", "time [s]", "time [ms]");
+    assert!(!warnings(&folder).contains("are the times of"));
+    // A log of the whole day, in a run of which samples were taken, may last as long.
+    let day = |from: f64, spacing: f64| {
+        let rows = (0..600).map(|n| format!("{:.3},0.5\n", from + spacing * f64::from(n)));
+        let folder = written(&[Run { from: 0.0, ..Run::default() }]);
+        let stream = format!("time [s],place [m]\n{}", rows.collect::<String>());
+        std::fs::write(folder.join("plc.csv"), stream).unwrap();
+        warnings(&folder)
+    };
+    assert!(!day(-30_000.0, 100.0).contains("are the times of"));
+}
+
 #[test]
 fn a_unit_that_the_campaign_states_is_corrected_for_one_file() {
     let stream = ("plc.csv", "t,place [m]");
