@@ -139,9 +139,9 @@ pub fn begin(
     let own_logs = [data, stream];
     let by_rate = if is_alone { OF_ONE_FILE } else { BY_RATE };
     let own = match model {
-        Some(own) => Some(fitted(own, data, stream)),
+        Some(own) => Some(fitted(own, data, stream, true)),
         None => {
-            let all = known.iter().map(|own| fitted(own, data, stream));
+            let all = known.iter().map(|own| fitted(own, data, stream, false));
             all.filter(Fitted::is_whole).max_by_key(|fitted| fitted.readings)
         }
     };

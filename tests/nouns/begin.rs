@@ -553,3 +553,30 @@ fn names_in_a_begun_table_of_stops_are_unique() {
         assert_eq!(readings(&loaded), 20, "{text}");
     }
 }
+
+/// Of a stated model a column of another name is the reading that is alone of its kind, a repeated header
+/// is no text, and what has the columns of the stream may be of a simulator.
+#[test]
+fn a_stated_model_takes_the_only_columns_of_their_kind() {
+    let model = "name = \"cell\"\n[inputs]\nload = { unit = \"kg\", signal = true }\ntemp = { unit = \"K\", signal = true }\n\
+        [parameters]\nzero = { unit = \"g\" }\n[measurands]\nweight = { value = 'load + zero', unit = \"g\" }\n";
+    let plc = table("time [s];Last [kg];Temp [degC]", 0.05, |t| {
+        format!("{t:.2};{:.4};{:.3}", 1.0 + (0.7 * t).sin(), 20.0 + 0.01 * t)
+    });
+    let weight = |t: f64| format!("{t:.2};{:.2}", 1000.0 + 1000.0 * (0.7 * t).sin());
+    let scale = table("time [s];Gewicht [g]", 0.1, weight);
+    let middle = scale.len() / 2 + scale[scale.len() / 2..].find('\n').unwrap() + 1;
+    let (first, second) = scale.split_at(middle);
+    let scale = format!("{first}time [s];Gewicht [g]\n{second}");
+    let files = [("scale.csv", scale), ("plc.csv", plc.clone()), ("plc_2.csv", plc)];
+    let found = begun_with(model, &files);
+    let column = "weight = { column = \"Gewicht\", unit = \"g\" },   # guessed: the only column";
+    for due in
+        [column, "load = { column = \"Last\"", "temp = { column = \"Temp\"", "weight = { sigma = "]
+    {
+        assert!(found.contains(due), "{due}: {found}");
+    }
+    assert!(!found.contains("--skip-bad-rows"), "{found}");
+    assert!(found.contains("`plc_2.csv` with the columns of `plc.csv`"), "{found}");
+    assert!(found.contains("docs/simulated-sensitivities.md"), "{found}");
+}

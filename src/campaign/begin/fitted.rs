@@ -51,17 +51,23 @@ impl Fitted {
     }
 }
 
-/// Which columns a model may want, whichever file is the data.
-pub(super) fn fitted(model: &NamedModel, data: &Log, stream: &Log) -> Fitted {
-    let one = try_fit(model, data, stream, false);
-    let other = try_fit(model, stream, data, true);
+/// Which columns a model may want, whichever file is the data. One that is stated takes columns of other
+/// names, too, that are the only ones of their kind.
+pub(super) fn fitted(model: &NamedModel, data: &Log, stream: &Log, is_stated: bool) -> Fitted {
+    let one = try_fit(model, data, stream, (false, is_stated));
+    let other = try_fit(model, stream, data, (true, is_stated));
     let score = |fitted: &Fitted| (fitted.is_whole(), fitted.readings, usize::MAX - fitted.missing);
     let by_columns = score(&other) != score(&one);
     let better = if score(&other) > score(&one) { other } else { one };
     Fitted { by_columns, ..better }
 }
 
-fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: bool) -> Fitted {
+fn try_fit(
+    (name, model): &NamedModel,
+    data: &Log,
+    stream: &Log,
+    (is_swapped, is_stated): (bool, bool),
+) -> Fitted {
     let reading = |(index, name): (usize, String)| {
         let one = &model.measurands[index];
         let is_rotation = one.kind == MeasurandKind::Rotation;
@@ -70,8 +76,14 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
     let readings: Vec<(String, Unit)> = reading_columns(model).into_iter().map(reading).collect();
     let inputs: Vec<(String, Unit)> =
         model.inputs.iter().map(|input| (input.name.clone(), input.unit.clone())).collect();
-    let of_data = wanted(&readings, data, &roles(model, true));
-    let of_stream = wanted(&inputs, stream, &roles(model, false));
+    let wanted = |names: &[(String, Unit)], log: &Log, are_readings: bool| {
+        let mut words = wanted(names, log, &roles(model, are_readings));
+        if is_stated {
+            words.extend(of_their_kind(names, log, &words));
+        }
+        words
+    };
+    let (of_data, of_stream) = (wanted(&readings, data, true), wanted(&inputs, stream, false));
     let open = [open(&readings, &of_data, data), open(&inputs, &of_stream, stream)];
     let sources = Inputs { log: stream, words: &of_stream, is_whole: open[1].is_empty() };
     let sigmas = model
@@ -113,6 +125,30 @@ fn open(names: &[(String, Unit)], words: &[Word], log: &Log) -> Vec<String> {
         )
     };
     missing.map(line).collect()
+}
+
+/// Columns for names that no column of `known` is: each the only one with a unit of that kind which is free,
+/// for the only such name.
+fn of_their_kind(names: &[(String, Unit)], log: &Log, known: &[Word]) -> Vec<Word> {
+    let columns = &log.survey.columns;
+    let is_time = |at: usize| log.guess.time.as_ref().is_some_and(|time| time.has(at));
+    let is_known = |at: usize| known.iter().any(|word| word.candidate.column == at);
+    let free = (0..columns.len()).filter(|at| !is_time(*at) && !is_known(*at));
+    let free: Vec<(usize, Unit)> = free
+        .filter_map(|at| Some((at, columns[at].unit.clone().or(base(&columns[at].name).1)?)))
+        .collect();
+    let open: Vec<&(String, Unit)> =
+        names.iter().filter(|(name, _)| known.iter().all(|word| word.name != *name)).collect();
+    let of = |(name, like): &&(String, Unit)| {
+        let is_of_kind = |unit: &Unit| like.symbol != "1" && like.accepts(unit);
+        let mut own = free.iter().filter(|(_, unit)| is_of_kind(unit));
+        let (Some((column, unit)), None) = (own.next(), own.next()) else { return None };
+        let rivals = open.iter().filter(|(_, other)| other.accepts(unit)).count();
+        let why = format!("the only column in units such as `{}`", like.symbol);
+        let candidate = Candidate { column: *column, unit: unit.clone(), why };
+        Word::of(name, log, Some(&candidate)).filter(|_| rivals == 1)
+    };
+    open.iter().filter_map(of).collect()
 }
 
 /// The columns of a file for these names of a model: of the same name, else of the same role. What is

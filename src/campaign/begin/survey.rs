@@ -13,6 +13,7 @@ use crate::campaign::header::split;
 use crate::campaign::lines::Lines;
 use crate::campaign::preamble::{head_lines, pass_header};
 use crate::campaign::recognise::Head;
+use crate::campaign::repeated_rows::RepeatedRows;
 use crate::diagnostic::Diagnostic;
 use crate::document::files::{open_regular, reason};
 use crate::units::Unit;
@@ -200,8 +201,12 @@ impl Survey {
         let mut decimal = form.decimal;
         // For each row the columns whose cells are no numbers, though something stands there.
         let mut words: Vec<Vec<usize>> = Vec::new();
+        let mut repeated = RepeatedRows::of(&[], layout.header_row());
         for _ in 0..MOST_ROWS {
-            let Some((_, line)) = lines.next().map_err(unreadable)? else { break };
+            let Some((number, line)) = lines.next().map_err(unreadable)? else { break };
+            if repeated.is_header(number, line) {
+                continue;
+            }
             let Ok(text) = std::str::from_utf8(line) else { continue };
             let mut row = cells(text, layout.separator);
             let mut own = Vec::new();

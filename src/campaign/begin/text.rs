@@ -84,10 +84,21 @@ impl Rest {
             })
             .collect();
         let is_left = |at: &usize| !recordings.iter().flatten().any(|own| own == at);
-        let left: Vec<String> =
-            (0..logs.len()).filter(is_left).map(|at| format!("`{}`", name(at))).collect();
-        if !left.is_empty() {
-            lines.push(format!("not used: {}; add it to `signals`, or as a run", left.join(", ")));
+        let taken = recordings.first().into_iter().flatten();
+        let like =
+            |at: usize| taken.clone().find(|own| logs[**own].heads() == logs[at].heads()).copied();
+        let left: Vec<(usize, Option<usize>)> =
+            (0..logs.len()).filter(is_left).map(|at| (at, like(at))).collect();
+        for all in left.chunk_by(|a, b| a.1 == b.1) {
+            let names: Vec<String> = all.iter().map(|(at, _)| format!("`{}`", name(*at))).collect();
+            let names = names.join(", ");
+            lines.push(match all[0].1 {
+                Some(like) => format!(
+                    "not used: {names} with the columns of `{}`; of a recording add it as a run, of a simulator with another parameter see docs/simulated-sensitivities.md",
+                    name(like)
+                ),
+                None => format!("not used: {names}; add it to `signals`, or as a run"),
+            });
         }
         lines.extend_from_slice(others);
         Self(lines)
