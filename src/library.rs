@@ -31,6 +31,8 @@ pub mod embedded {
     include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
 }
 
+/// Names that an unknown one may have stood for, at most.
+const MOST_NEAR: usize = 4;
 /// Most files a folder of effects may hold.
 const MAXIMUM_FILES: usize = 1000;
 
@@ -148,9 +150,13 @@ impl Library {
             // An effect of one's own is more probable than the name of another one that is like it.
             let has_word = |own: &&str| own.split('_').any(|word| word == name);
             let own = self.own_effects().map(|own| own.name.as_str()).find(has_word);
-            match own.or_else(|| nearest(name, known)) {
-                Some(near) => error.help(format!("did you mean `{near}`?")),
-                None => error.help("`homepoint effects` lists them"),
+            let near: Vec<&str> = match own.or_else(|| nearest(name, known.clone())) {
+                Some(near) => vec![near],
+                None => known.filter(has_word).take(MOST_NEAR).collect(),
+            };
+            match near.is_empty() {
+                false => error.help(format!("did you mean `{}`?", near.join("` or `"))),
+                true => error.help("`homepoint effects` lists them"),
             }
             .into()
         })

@@ -30,6 +30,13 @@ pub(super) fn by_name(name: &str, like: &Unit) -> Option<&'static str> {
     Unit::parse(symbol).is_ok_and(|unit| like.accepts(&unit)).then_some(symbol)
 }
 
+/// That a word in the first row of a column without a unit is none that is known.
+pub(super) fn no_unit(word: &str) -> Option<String> {
+    let is_word = word.chars().any(char::is_alphabetic);
+    let error = Unit::parse(word).err().filter(|_| is_word)?;
+    Some(format!("the row below has an {}: {}", error.message, error.help.unwrap_or_default()))
+}
+
 /// The columns that are added, as a campaign lists them; `open` has no unit yet.
 fn list(stated: &Stated, open: &str) -> String {
     let part = |part: &Stated| {

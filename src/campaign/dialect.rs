@@ -100,6 +100,28 @@ impl Decimal {
     }
 }
 
+impl Decimal {
+    /// A number without its separators of thousands; `None` where it has none.
+    pub(crate) fn without_thousands(&self, cell: &str) -> Option<String> {
+        let (decimal, thousands) = match self {
+            Self::Comma => (',', '.'),
+            Self::Point => ('.', ','),
+            Self::Open => return None,
+        };
+        let (whole, decimals) = cell.split_once(decimal).unwrap_or((cell, ""));
+        let mut groups = whole.trim_start_matches(['+', '-']).split(thousands);
+        let is_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+        let is_first =
+            groups.next().is_some_and(|first| matches!(first.len(), 1..=3) && is_digits(first));
+        let mut others = groups.peekable();
+        let are_thousands = is_first
+            && others.peek().is_some()
+            && others.all(|group| group.len() == 3 && is_digits(group))
+            && is_digits(decimals);
+        are_thousands.then(|| cell.replace(thousands, ""))
+    }
+}
+
 /// Whether a comma stands before three digits, the last ones, and not after a zero alone.
 fn may_be_thousands(cell: &str) -> bool {
     cell.split_once(',')
@@ -249,5 +271,17 @@ mod tests {
         let mut decimal = Decimal::Open;
         assert_eq!(decimal.number("0.5", Separator::Comma), Some(0.5));
         assert_eq!(decimal.number("1,5", Separator::Comma), None);
+    }
+
+    #[test]
+    fn thousands_are_groups_of_three_digits() {
+        let comma = |cell: &str| Decimal::Comma.without_thousands(cell);
+        assert_eq!(comma("1.512,0").as_deref(), Some("1512,0"));
+        assert_eq!(comma("-12.345.678").as_deref(), Some("-12345678"));
+        for cell in ["1,5", "1512.0", "1.51,0", ".512,0", "28.11.2026", "1.512,0,1", "a.512"] {
+            assert_eq!(comma(cell), None, "{cell}");
+        }
+        assert_eq!(Decimal::Point.without_thousands("1,512.0").as_deref(), Some("1512.0"));
+        assert_eq!(Decimal::Open.without_thousands("1,512"), None);
     }
 }

@@ -8,7 +8,7 @@ mod names;
 use std::collections::HashMap;
 
 use crate::campaign::calendar::{FORMS, seeming};
-use crate::campaign::column_units::{by_name, counts, read_unit};
+use crate::campaign::column_units::{by_name, counts, no_unit, read_unit};
 use crate::campaign::computed::Computation;
 use crate::campaign::form::Form;
 use crate::campaign::formats::{Format, Role, ahead_of_utc, unit_since_1970};
@@ -174,11 +174,13 @@ pub(crate) fn read(
             }
             let hint = since_1970.or_else(|| by_name(&column.name, &want.unit));
             let accepts = (!is_source).then_some(&want.unit);
+            let below = layout.first_cell(index).filter(|_| stated.is_none() && unit.is_none());
             let read = read_unit(origin, want, accepts, stated, (&column.name, hint), unit);
             match read.and_then(|unit| counts(unit, since_1970)) {
                 Ok(unit) => column.unit = unit,
                 Err(fault) => {
-                    let (diagnostic, inside) = *fault;
+                    let (mut diagnostic, inside) = *fault;
+                    diagnostic.help.extend(below.and_then(|cell| no_unit(&origin.word(cell))));
                     let inside = inside.map_or(*span, |(a, b)| (span.0 + a, span.0 + b));
                     faults.push(diagnostic.at(at(inside)));
                 }

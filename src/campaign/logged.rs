@@ -13,7 +13,7 @@ use crate::campaign::header::TIME;
 use crate::campaign::held_streams::without_held;
 use crate::campaign::loader::Loader;
 use crate::campaign::signal::{Track, unwrap};
-use crate::campaign::spline::{Spline, is_pause, mean_spacing};
+use crate::campaign::spline::{Spline, SplineError, is_pause, mean_spacing};
 use crate::campaign::steps::steps;
 use crate::campaign::table::Table;
 use crate::campaign::time_units::{Stamps, coarse};
@@ -76,7 +76,14 @@ impl Loader<'_> {
             Ok(spline) => Track::Logged(Arc::new(spline)),
             Err(error) => {
                 let message = format!("the stream of `{}` cannot be smoothed: {error}", input.name);
-                self.reader.fault(span, message, "");
+                let help = match error {
+                    SplineError::Empty => format!(
+                        "no row of the file has a number in the column of `{}`: is it the right one?",
+                        input.name
+                    ),
+                    _ => String::new(),
+                };
+                self.reader.fault(span, message, help);
                 Track::Absent
             }
         }

@@ -351,6 +351,12 @@ impl Reader {
         if let Some(Calendar::Day(_)) = time {
             return what.help("a date alone is no moment: name the column of the time of day, too: columns = { time = [\"date\", \"clock\"] }");
         }
+        let what = match self.decimal.without_thousands(cell) {
+            Some(plain) => {
+                what.help(format!("write it without separators of thousands: `{plain}`"))
+            }
+            None => what,
+        };
         match self.decimal {
             Decimal::Comma if cell.contains('.') => {
                 what.help("the numbers of this file have decimal commas, this one has a point")

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::arguments::Format;
 use super::{Failure, output};
+use crate::campaign::file::CampaignFile;
 use crate::diagnostic::Diagnostics;
 use crate::effect::Effect;
 use crate::engine::switched_off::remains_alone;
@@ -28,7 +29,7 @@ pub(super) struct Models {
 
 #[derive(Debug, Args)]
 pub(super) struct Effects {
-    /// Say of each effect whether this model (a name or a file) can test it
+    /// Say of each effect whether this model (a name, a file, or that of a campaign's folder) can test it
     #[arg(value_name = "MODEL")]
     model: Option<String>,
     /// Look for effects in this folder, too (repeat for more)
@@ -71,8 +72,16 @@ impl Effects {
         for folder in &self.effects {
             library = library.with_effects_dir(folder)?;
         }
-        let model =
-            self.model.as_ref().map(|name| library.model(name, Path::new("."))).transpose()?;
+        let model = match self.model.as_deref() {
+            Some(folder) if Path::new(folder).is_dir() => {
+                let folder = Path::new(folder);
+                let campaign = CampaignFile::read(folder)?;
+                library = library.with_effects_beside(folder)?;
+                Some(library.model(&campaign.model.text, folder)?)
+            }
+            Some(name) => Some(library.model(name, Path::new("."))?),
+            None => None,
+        };
         let mut rows = Vec::new();
         for effect in library.effects() {
             // Built-in detectors look at the readings of any model.

@@ -20,8 +20,10 @@ use crate::library::Library;
 use crate::model::{Model, Override};
 use crate::report;
 use crate::system::{Selected, System, candidates, missing_names, stand_ins};
+use misfits::misfits;
 use testable::testable_in;
 
+mod misfits;
 mod testable;
 
 #[derive(Debug, Args)]
@@ -228,7 +230,10 @@ fn effect(
         }
     }
     if fits.is_empty() {
-        Err(misfits(effect, others))
+        // Models of one's own beside it are those that it is for.
+        let is_own = |name: &str| own.iter().any(|(one, _)| one == name);
+        others.retain(|(_, name, _)| own.is_empty() || is_own(name));
+        Err(misfits(effect, others, !own.is_empty()))
     } else {
         Ok(format!("an effect for {}", fits.join(", ")))
     }
@@ -248,48 +253,4 @@ fn remaining(
         }));
     }
     Ok(found)
-}
-
-/// What is wrong with an effect that fits no model: what those say that lack the fewest names.
-/// `all` are these numbers with the models and what they say.
-fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics {
-    let fewest = all.iter().map(|(missing, ..)| *missing).min().unwrap_or(0);
-    let leaves_out = all.iter().any(|(missing, ..)| *missing > fewest);
-    // Heads and models that miss the same thing say it with their own names: the shortest is reported.
-    let mut said: Vec<(Diagnostic, Vec<&str>)> = Vec::new();
-    for (_, model, faults) in all.into_iter().filter(|(missing, ..)| *missing == fewest) {
-        for fault in faults.0 {
-            let alike = |known: &Diagnostic| match (&known.place, &fault.place) {
-                (Some(known), Some(fault)) => known == fault,
-                _ => known.message == fault.message,
-            };
-            match said.iter_mut().find(|(known, _)| alike(known)) {
-                Some((known, models)) => {
-                    if fault.message.len() < known.message.len() {
-                        *known = fault;
-                    }
-                    models.push(model);
-                    models.dedup();
-                }
-                None => said.push((fault, vec![model])),
-            }
-        }
-    }
-    let name = &effect.name;
-    let faults = said.into_iter().map(|(fault, models)| {
-        let message =
-            format!("the effect `{name}` fits no model of the library: {}", fault.message);
-        Diagnostic { message, ..fault }.help(format!("this is so with {}", models.join(", ")))
-    });
-    let mut faults: Vec<Diagnostic> = faults.collect();
-    if let Some(last) = faults.last_mut() {
-        if leaves_out {
-            last.help.push("other models lack more of the names in it".to_owned());
-        }
-        last.help.push(
-            "an effect for a model of your own is checked beside it: homepoint check MODEL.toml EFFECT.toml"
-                .to_owned(),
-        );
-    }
-    Diagnostics(faults)
 }

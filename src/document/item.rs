@@ -238,7 +238,7 @@ impl<'r> Item<'r> {
         let Some(list) = self.value.get_ref().as_array().filter(|list| list.len() == count) else {
             self.error(
                 format!("`{}`: expected a list of {count} quantities", self.key),
-                "one for each component, as in [\"1 m\", \"0 m\", \"0 m\"]",
+                "one for each component, as in [\"1 m\", \"1 m\", \"1 m\"]",
             );
             return None;
         };

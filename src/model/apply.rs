@@ -105,10 +105,8 @@ impl Override {
 
     /// How a key is written: in a file, or on the command line, where lists have no brackets.
     fn example(&self, key: &str, count: usize, unit: &Unit) -> String {
-        let each = ["1", "0", "0"].iter().take(count);
-        let each =
-            each.map(|one| format!("{one} {}", unit.symbol).trim_end_matches(" 1").to_owned());
-        let each: Vec<String> = each.collect();
+        let each = format!("1 {}", unit.symbol).trim_end_matches(" 1").to_owned();
+        let each = vec![each; count];
         if self.place.is_none() {
             let option = if key == "start" { "--start" } else { "--set" };
             return format!("{option} {}=\"{}\"", self.name, each.join(","));

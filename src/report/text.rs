@@ -166,6 +166,14 @@ pub fn trouble(result: &Calibration) -> String {
     for one in &result.refused {
         text.push_str(&format!("\nno result: {}\n", refused(one)));
     }
+    let lacking = -result.degrees_of_freedom();
+    if lacking > 0 {
+        text.push_str(&format!(
+            "\nThere are fewer readings and stated values than unknowns: {} at least, at other values of the inputs, or state the parameters that are known (`sigma`, `fixed = true`).\n",
+            counted(lacking.unsigned_abs() as usize, "more reading"),
+        ));
+        return text;
+    }
     if !result.unobservable.is_empty() {
         text.push_str("\nThese readings do not determine everything:\n");
     }

@@ -74,3 +74,28 @@ fn a_name_that_nothing_has_is_answered_with_similar_ones_alone() {
     let text = told(&folder, &["calibrate", "first", "--set", "xyzzyx=0.002"]);
     assert!(!text.contains("names:") && !text.contains("known:"), "{text}");
 }
+
+/// A folder stands for its campaign: the model in it, and the effects beside it.
+#[test]
+fn effects_of_a_folder_are_those_of_its_campaign() {
+    let folder = campaigns();
+    let of = |what: &str| {
+        let output = run(&folder, &["effects", what]);
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let (found, of_model) = (of("first"), of("model.toml"));
+    assert!(found.contains("rope_stretch") && !of_model.contains("rope_stretch"), "{found}");
+    let why = "not testable here: the model has no";
+    assert_eq!(found.matches(why).count(), of_model.matches(why).count());
+    assert_eq!(of("second"), of_model);
+}
+
+/// A part of a name stands for the effects that have it.
+#[test]
+fn a_word_of_a_name_is_answered_with_the_effects_that_have_it() {
+    let text = told(&campaigns(), &["calibrate", "first", "--with", "refraction"]);
+    assert!(text.contains("did you mean `vertical_refraction`?"), "{text}");
+    let text = told(&campaigns(), &["calibrate", "first", "--with", "runout"]);
+    assert!(text.contains("`axial_runout_second` or `radial_runout_second`?"), "{text}");
+}

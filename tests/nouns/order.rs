@@ -186,6 +186,30 @@ fn a_column_without_readings_is_warned_of() {
     let found = CampaignFile::read(&folder).unwrap().load(&model, &LoadOptions::default()).unwrap();
     let words = "run `one`: all readings of `y` are missing in `data.csv`";
     assert!(said(&found).iter().any(|one| one == words), "{:?}", said(&found));
+    // Nor is it where no column has one.
+    let empty: String = (0..300).map(|n| format!("{:.2},\n", 0.01 * f64::from(n))).collect();
+    let stream = rows("time [s],q [m]", 0..400);
+    let found = load(CAMPAIGN, &format!("time [s],x [m]\n{empty}"), &stream, false).unwrap();
+    let words = "run `one`: all readings of `x` are missing in `data.csv`";
+    assert!(said(&found).iter().any(|one| one == words), "{:?}", said(&found));
+}
+
+/// A fault says what to write, or which file to look at.
+#[test]
+fn faults_of_logs_have_a_remedy() {
+    let stream = rows("time [s],q [m]", 0..400);
+    let data = rows("time [s],x [m]", 0..300);
+    let of = |data: &str, stream: &str| {
+        load(CAMPAIGN, data, stream, false).map(|_| ()).unwrap_err().to_string()
+    };
+    let found = of(&data.replace("time [s],x [m]", "time,x\ns,pounds"), &stream);
+    assert!(found.contains("the row below has an unknown unit `pounds`"), "{found}");
+    let thousands = "time [s];x [m]\n0,0;1,5\n0,1;1.512,0\n0,2;1,7\n";
+    let found = of(thousands, &stream);
+    assert!(found.contains("write it without separators of thousands: `1512,0`"), "{found}");
+    let empty: String = (0..400).map(|n| format!("{:.2},\n", 0.01 * f64::from(n))).collect();
+    let found = of(&data, &format!("time [s],q [m]\n{empty}"));
+    assert!(found.contains("no row of the file has a number in the column of `q`"), "{found}");
 }
 
 #[test]
