@@ -80,7 +80,11 @@ fn no_reading_is_left_out_twice() {
         let mut each = rows.clone();
         each.dedup();
         assert!(rows.len() == each.len() && rows.len() <= 4, "{late}: {rows:?}");
-        assert!(found.rows.is_empty() && found.remainder.len() == 1, "{late}");
+        assert!(
+            found.rows.is_empty() && found.remainder.len() == 1,
+            "{late} {}",
+            crate::found::told(&found)
+        );
     }
 }
 

@@ -183,7 +183,7 @@ fn a_row_keeps_its_value_beside_a_remainder_over_the_same_angle() {
                 let (value, sigma) = (value.value.unwrap(), value.sigma.unwrap());
                 assert!((value - truth).abs() < 0.001, "{value} for {truth}, {}", told(found));
                 assert!((value - truth).abs() < 4.0 * sigma, "{value} for {truth}: {sigma}");
-                assert!(sigmas.contains(&sigma), "{sigma}");
+                assert!(sigmas.contains(&sigma), "{sigma} {}", told(found));
             }
         }
         for (one, other) in with.rows[0].values.iter().zip(&alone.rows[0].values) {

@@ -193,7 +193,7 @@ impl Search<'_> {
             || self.take_noise(competed)?
             || self.take_rows(competed)?
             || self.take_curved(competed)?
-            || self.take_spikes(competed)?)
+            || self.take_spikes(&competed.linear)?)
     }
 }
 

@@ -36,6 +36,8 @@ pub struct Solved {
     pub(super) covariance: DMatrix<f64>,
     /// The columns of each term.
     pub(super) terms: Vec<Range<usize>>,
+    /// By how much blocks move values.
+    shifts: DVector<f64>,
 }
 
 impl Solved {
@@ -50,7 +52,8 @@ impl Solved {
             .filter_map(|at| Some((terms[*at].start, prior(selection, model[*at], gains[*at])?)))
             .collect();
         let (values, covariance) = selection.factored_under(model, &priors).solved();
-        Self { values, covariance, terms }
+        let shifts = DVector::zeros(values.len());
+        Self { values, covariance, terms, shifts }
     }
 
     /// The values of a term, by its place in the model.
@@ -58,7 +61,44 @@ impl Solved {
         &self.values.as_slice()[self.terms[at].clone()]
     }
 
-    /// The values of a row beside the whole budget, with those of the fit without the remainder.
+    /// With what blocks move the values by: whether their form is that of a row is not known.
+    pub fn with_shifts(
+        mut self,
+        selection: &Selection<'_>,
+        model: &[usize],
+        rest: &[usize],
+        gains: &[Gain],
+    ) -> Self {
+        // Waves of other orders over a turn are other forms, however unevenly the angles were visited.
+        let are_waves = |term: usize| {
+            let own = &selection.terms[term];
+            let is_wave = own.columns.len() == 2 && own.members > 1;
+            let is_of_waves = own.place.as_ref().is_some_and(|place| place.orders > 0);
+            (is_wave || is_of_waves)
+                && metric(selection, term).is_some_and(|(_, is_apart)| is_apart)
+        };
+        let is_open = |at: &usize| {
+            let own = &selection.terms[model[*at]];
+            let is_block = !own.is_effect() && own.change.is_none();
+            rest.contains(at) && is_block && !are_waves(model[*at])
+        };
+        let kept: Vec<usize> = (0..model.len()).filter(|at| !is_open(at)).collect();
+        if kept.len() == model.len() {
+            return self;
+        }
+        let terms: Vec<usize> = kept.iter().map(|at| model[*at]).collect();
+        let gains: Vec<Gain> = kept.iter().map(|at| gains[*at]).collect();
+        let rest: Vec<usize> = (0..kept.len()).filter(|own| rest.contains(&kept[*own])).collect();
+        let without = Self::of(selection, &terms, &rest, &gains);
+        for (at, range) in kept.iter().zip(&without.terms) {
+            let shift = self.values.rows(self.terms[*at].start, range.len())
+                - without.values.rows(range.start, range.len());
+            self.shifts.rows_mut(self.terms[*at].start, range.len()).copy_from(&shift);
+        }
+        self
+    }
+
+    /// The values of a row beside the whole budget.
     pub fn values(
         &self,
         linear: &Linear,
@@ -88,9 +128,9 @@ impl Solved {
                 return one;
             }
             let value: f64 = placed.iter().map(|(column, by)| by * values[*column]).sum();
-            // Whether the remainder is in the form of the row is not known: the value is somewhere between
-            // that beside it and that without it, uniformly (GUM, type B).
-            let shift = value - one.value.unwrap_or(value);
+            // The value is somewhere between that beside the blocks and that without them, uniformly (GUM,
+            // type B).
+            let shift: f64 = placed.iter().map(|(column, by)| by * self.shifts[*column]).sum();
             let variance = of_combination(covariance, &placed).max(0.0) + shift.powi(2) / 3.0;
             one.value = Some(value);
             one.sigma = Some(variance.sqrt());
@@ -106,8 +146,13 @@ impl Solved {
 /// over whole turns, have values that are independent: a row of the first order keeps its value beside
 /// waves of the second, however unevenly the angles were visited.
 fn prior(selection: &Selection<'_>, term: usize, gain: Gain) -> Option<DMatrix<f64>> {
-    let alone = selection.left(&[], term);
     let mean_square = (gain.excess() / gain.degrees.max(1) as f64).max(LEAST);
+    metric(selection, term).map(|(metric, _)| metric / mean_square)
+}
+
+/// The metric of a term's values, and whether the readings tell its columns apart.
+fn metric(selection: &Selection<'_>, term: usize) -> Option<(DMatrix<f64>, bool)> {
+    let alone = selection.left(&[], term);
     if !alone.iter().all(|value| value.is_finite()) {
         return None;
     }
@@ -116,8 +161,8 @@ fn prior(selection: &Selection<'_>, term: usize, gain: Gain) -> Option<DMatrix<f
         alone[(i, j)] / (squares[i] * squares[j]).sqrt()
     });
     let least = eigen::symmetric(cosines).map_or(0.0, |own| own.eigenvalues.min());
-    let metric = if least >= SEPARATE { DMatrix::from_diagonal(&squares) } else { alone };
-    Some(metric / mean_square)
+    let is_separate = least >= SEPARATE;
+    Some((if is_separate { DMatrix::from_diagonal(&squares) } else { alone }, is_separate))
 }
 
 /// The ratio of the largest value to its typical magnitude.

@@ -28,6 +28,8 @@ const SHORTEST: usize = 5;
 const LONGEST: usize = 10;
 /// Robust standard deviations from which a median of three belongs to it.
 const FAR: f64 = 2.0;
+/// Medians in a row that do not, at most.
+const GAP: usize = 8;
 /// Each of its ends, with smaller ones, is one in so many of its readings at most.
 const PART_OF_AN_END: usize = 4;
 
@@ -187,12 +189,14 @@ fn medians(values: &[f64]) -> Vec<f64> {
     smooth
 }
 
-/// The range with the largest sum of squares beyond a limit for each value, where that is positive.
+/// The range with the largest sum of squares beyond a limit for each value, where that is positive; without
+/// more than a few values in a row within the limit.
 fn largest(values: &[f64], limit: f64) -> Option<Range<usize>> {
-    let (mut sum, mut first) = (0.0, 0);
+    let (mut sum, mut first, mut near) = (0.0, 0, 0);
     let mut best: Option<(f64, Range<usize>)> = None;
     for (at, value) in values.iter().enumerate() {
-        if sum <= 0.0 {
+        near = if value.abs() > limit { 0 } else { near + 1 };
+        if sum <= 0.0 || near > GAP {
             (sum, first) = (0.0, at);
         }
         sum += value * value - limit * limit;

@@ -19,7 +19,7 @@ use crate::diagnose::budget::terms::without;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::gap::{Gap, Steps, gap};
 use crate::diagnose::price::{Gain, ROUNDING, posterior};
-use crate::diagnose::thresholds::{ENTER, TIE};
+use crate::diagnose::thresholds::{ENTER, OWN_EFFECT, TIE};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, finish};
 use crate::system::Selected;
@@ -61,7 +61,8 @@ impl Budget<'_> {
         let in_fit = selection.rows_of(&linear.rows());
         // What a block was reduced by may be in the remainder all the same.
         let whole: Vec<usize> = model.iter().map(|term| selection.whole(*term)).collect();
-        let mut of_rows = Solved::of(selection, &whole, rest, gains);
+        let of_rows = Solved::of(selection, &whole, rest, gains);
+        let mut of_rows = of_rows.with_shifts(selection, &whole, rest, gains);
         let mut rows: Vec<Row> = Vec::new();
         // Change points, in the fit or not, are not explained: rows are judged beside them.
         let changes: Vec<usize> =
@@ -174,11 +175,15 @@ impl Budget<'_> {
             .map(|one| linear.terms[one.term].name.clone())
             .collect();
         let blocks = selection.ranked(&rest, &pools.blocks);
-        // What has nearly the form of a cause that a user suspects is no other cause.
+        // What has nearly the form of a cause that a user suspects is no other cause. As a copy it is no more
+        // probable than by what it is known for beforehand.
         let copies = selection.copies_of_own(self.model, term);
-        let others = rivals.iter().filter(|one| !copies.contains(&one.term));
+        let of_rival = |one: &RankedTerm| match copies.contains(&one.term) {
+            true => one.ln_bayes.min(ln_bayes - OWN_EFFECT.ln()),
+            false => one.ln_bayes,
+        };
         let other = |one: &&RankedTerm| !selection.is_nearly_own(self.model, term, one.term);
-        let others = others.chain(blocks.iter().find(other)).map(|one| one.ln_bayes);
+        let others = rivals.iter().chain(blocks.iter().find(other)).map(of_rival);
         let selected = effect_of(&linear.fitted, &own.name);
         let alone = selection.gain(&[], term);
         Row {

@@ -1,16 +1,16 @@
 //! Bursts and spikes once more, beside the effects that are in the fit: effects may have hidden them,
 //! or made them up.
 
+use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::noise::leave_out;
 use crate::diagnose::outliers::records::Records;
 use crate::estimate::batch::FitError;
 
-use super::{Competed, Search};
+use super::Search;
 
 impl Search<'_> {
     /// Judges bursts and spikes beside the rows, once; whether others than before are left out.
-    pub(super) fn take_spikes(&mut self, competed: &Competed) -> Result<bool, FitError> {
-        let Competed { linear, .. } = competed;
+    pub(super) fn take_spikes(&mut self, linear: &Linear) -> Result<bool, FitError> {
         let is_judged = std::mem::replace(&mut self.has_judged_spikes, true);
         if self.rows.is_empty() || is_judged || !self.transients.is_empty() {
             return Ok(false);

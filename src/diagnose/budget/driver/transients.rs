@@ -22,6 +22,10 @@ impl Search<'_> {
         if found.is_empty() || self.transients.len() + found.len() > MOST {
             return Ok(false);
         }
+        // What has sharp ends is a burst.
+        if self.take_spikes(linear)? {
+            return Ok(true);
+        }
         let mut fitted = linear.fitted.clone();
         self.records.put_into(&mut fitted.problem);
         for one in &found {
