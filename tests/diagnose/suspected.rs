@@ -64,3 +64,29 @@ fn play_is_named_by_the_effect_of_the_user() {
         assert!((value - lash).abs() < 4.0 * sigma, "{value} ± {sigma} {}", told(&found));
     }
 }
+
+/// What the library describes exactly leaves nothing; the effect that the user suspects would leave much.
+#[test]
+fn an_effect_of_the_library_that_leaves_nothing_is_the_cause() {
+    let play = PLAY[0].2.replace("30 deg/s", "5 rad/s");
+    let play = &[(PLAY[0].0, PLAY[0].1, play.as_str())];
+    for (step, seed) in [(3e-4, 8), (-1e-4, 9)] {
+        let mut stream = Stream(seed);
+        let mut log = String::from(
+            "time [s],motor [rad],motor_rate [rad/s],motor_acceleration [rad/s^2],output [rad]\n",
+        );
+        for sample in 0..2400 {
+            let time = 0.02 * f64::from(sample);
+            let [angle, rate, acceleration] = motor(time);
+            let read = angle / 100.0 + step * (rate / 3.0).tanh() + 2e-5 * stream.normal();
+            let _ = writeln!(log, "{time:.3},{angle},{rate},{acceleration},{read}");
+        }
+        let measurands = "output = { sigma = \"20 urad\" }";
+        let found = Campaign { model: GEAR, effects: play, measurands, log }.diagnosed();
+        let [row] = &found.rows[..] else { panic!("{}", told(&found)) };
+        assert_eq!(row.name, "tracking_reversal", "{}", told(&found));
+        let (value, sigma) = (row.values[0].value.unwrap(), row.values[0].sigma.unwrap());
+        assert!((value - step).abs() < 4.0 * sigma, "{value} ± {sigma} {}", told(&found));
+        assert!(found.remainder.is_empty(), "{}", told(&found));
+    }
+}

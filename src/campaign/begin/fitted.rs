@@ -78,7 +78,8 @@ fn try_fit(
         model.inputs.iter().map(|input| (input.name.clone(), input.unit.clone())).collect();
     let wanted = |names: &[(String, Unit)], log: &Log, are_readings: bool| {
         let mut words = wanted(names, log, &roles(model, are_readings));
-        if is_stated {
+        // One column of a single file could be both.
+        if is_stated && !std::ptr::eq(data, stream) {
             words.extend(of_their_kind(names, log, &words));
         }
         words

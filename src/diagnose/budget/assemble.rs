@@ -43,7 +43,8 @@ impl Diagnosis {
             let is_rival = term.is_effect() || term.may_enter || reduced.contains(&number);
             term.may_enter = is_rival && !term.columns.is_empty();
         }
-        let budget = Budget::new(&linear, &selection, &judged);
+        let of_transients: f64 = transients.iter().map(|one| one.gain.excess()).sum();
+        let budget = Budget::new(&linear, &selection, &judged, of_transients);
         self.left_out.extend(left_out);
         self.noise = noise;
         self.levels = levels(&linear, &scale);
@@ -130,15 +131,23 @@ struct Budget<'a> {
     /// Terms of it that are too small for a name.
     nameless: &'a [usize],
     pools: Pools,
-    /// What the model takes off chi squared.
+    /// What transients would add to chi squared.
+    of_transients: f64,
+    /// What the model takes off chi squared, with that.
     total: f64,
 }
 
 impl<'a> Budget<'a> {
-    fn new(linear: &'a Linear, selection: &'a Selection<'a>, judged: &'a Judged) -> Self {
+    fn new(
+        linear: &'a Linear,
+        selection: &'a Selection<'a>,
+        judged: &'a Judged,
+        of_transients: f64,
+    ) -> Self {
         let Judged { model, nameless, .. } = judged;
-        let total = selection.chi_squared(&[]) - selection.chi_squared(model);
-        Self { linear, selection, model, nameless, pools: Pools::of(selection), total }
+        let explained = selection.chi_squared(&[]) - selection.chi_squared(model);
+        let (pools, total) = (Pools::of(selection), explained + of_transients);
+        Self { linear, selection, model, nameless, pools, of_transients, total }
     }
 
     /// Effects that did not stand as rows, the last reason of each.

@@ -42,6 +42,7 @@ mod usual_values;
 
 pub use self::compete::Competed;
 use self::settled::Settled;
+use self::suspected::Displaced;
 
 /// Rounds of structure and noise, and those until rows of the last model are in the fit.
 const ROUNDS: usize = 5;
@@ -92,6 +93,8 @@ struct Search<'a> {
     first_spikes: Spikes,
     spikes: Spikes,
     has_judged_spikes: bool,
+    /// Effects of the library that do not enter beside one of the user's own.
+    displaced: Vec<Displaced>,
     /// Transients, which are left out, too.
     transients: Vec<Transient>,
     /// What a block may not be over.
@@ -193,6 +196,7 @@ impl Search<'_> {
             || self.take_noise(competed)?
             || self.take_rows(competed)?
             || self.take_curved(competed)?
+            || self.take_copy(competed)?
             || self.take_spikes(&competed.linear)?)
     }
 }
@@ -217,6 +221,7 @@ impl<'a> Search<'a> {
             first_spikes: spikes.clone(),
             spikes,
             has_judged_spikes: false,
+            displaced: Vec::new(),
             transients: Vec::new(),
             outliers: Vec::new(),
             seen_outliers: Vec::new(),
@@ -247,10 +252,11 @@ impl<'a> Search<'a> {
             own.may_enter &= !self.refused.iter().any(is_refused);
         }
         let rows = linear.rows();
-        for copy in
-            rows.iter().flat_map(|row| selection.copies_of_own(&rows, *row)).collect::<Vec<_>>()
+        let is_in_fit = |name: &str| rows.iter().any(|row| linear.terms[*row].name == name);
+        for one in self.displaced.iter().filter(|one| is_in_fit(&one.own) && !is_in_fit(&one.copy))
         {
-            selection.terms[copy].may_enter &= rows.contains(&copy);
+            let copies = selection.terms.iter_mut().filter(|own| own.name == one.copy);
+            copies.for_each(|own| own.may_enter = false);
         }
         selection
     }

@@ -61,7 +61,8 @@ impl Solved {
         &self.values.as_slice()[self.terms[at].clone()]
     }
 
-    /// With what blocks move the values by: whether their form is that of a row is not known.
+    /// With what blocks move the values by, where residuals beside them are autocorrelated: then their form is
+    /// not that of the remainder, and may be that of a row.
     pub fn with_shifts(
         mut self,
         selection: &Selection<'_>,
@@ -69,18 +70,9 @@ impl Solved {
         rest: &[usize],
         gains: &[Gain],
     ) -> Self {
-        // Waves of other orders over a turn are other forms, however unevenly the angles were visited.
-        let are_waves = |term: usize| {
-            let own = &selection.terms[term];
-            let is_wave = own.columns.len() == 2 && own.members > 1;
-            let is_of_waves = own.place.as_ref().is_some_and(|place| place.orders > 0);
-            (is_wave || is_of_waves)
-                && metric(selection, term).is_some_and(|(_, is_apart)| is_apart)
-        };
         let is_open = |at: &usize| {
             let own = &selection.terms[model[*at]];
-            let is_block = !own.is_effect() && own.change.is_none();
-            rest.contains(at) && is_block && !are_waves(model[*at])
+            rest.contains(at) && !own.is_effect() && own.change.is_none()
         };
         let kept: Vec<usize> = (0..model.len()).filter(|at| !is_open(at)).collect();
         if kept.len() == model.len() {
@@ -146,13 +138,8 @@ impl Solved {
 /// over whole turns, have values that are independent: a row of the first order keeps its value beside
 /// waves of the second, however unevenly the angles were visited.
 fn prior(selection: &Selection<'_>, term: usize, gain: Gain) -> Option<DMatrix<f64>> {
-    let mean_square = (gain.excess() / gain.degrees.max(1) as f64).max(LEAST);
-    metric(selection, term).map(|(metric, _)| metric / mean_square)
-}
-
-/// The metric of a term's values, and whether the readings tell its columns apart.
-fn metric(selection: &Selection<'_>, term: usize) -> Option<(DMatrix<f64>, bool)> {
     let alone = selection.left(&[], term);
+    let mean_square = (gain.excess() / gain.degrees.max(1) as f64).max(LEAST);
     if !alone.iter().all(|value| value.is_finite()) {
         return None;
     }
@@ -161,8 +148,8 @@ fn metric(selection: &Selection<'_>, term: usize) -> Option<(DMatrix<f64>, bool)
         alone[(i, j)] / (squares[i] * squares[j]).sqrt()
     });
     let least = eigen::symmetric(cosines).map_or(0.0, |own| own.eigenvalues.min());
-    let is_separate = least >= SEPARATE;
-    Some((if is_separate { DMatrix::from_diagonal(&squares) } else { alone }, is_separate))
+    let metric = if least >= SEPARATE { DMatrix::from_diagonal(&squares) } else { alone };
+    Some(metric / mean_square)
 }
 
 /// The ratio of the largest value to its typical magnitude.

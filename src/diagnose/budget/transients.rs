@@ -28,6 +28,8 @@ const SHORTEST: usize = 5;
 const LONGEST: usize = 10;
 /// Robust standard deviations from which a median of three belongs to it.
 const FAR: f64 = 2.0;
+/// Correlation of neighbours in it at least.
+const CORRELATED: f64 = 0.5;
 /// Medians in a row that do not, at most.
 const GAP: usize = 8;
 /// Each of its ends, with smaller ones, is one in so many of its readings at most.
@@ -54,6 +56,11 @@ impl Transient {
         let (part, run) = linear.fitted.problem.run_at(run);
         let measurand = number - linear.sums.first_measurand[part];
         self.at == (part, run, measurand) && self.samples.contains(&sample)
+    }
+
+    /// Whether another one is of the same reading.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        (self.at.0, self.at.2) == (other.at.0, other.at.2)
     }
 
     /// As it is listed.
@@ -127,6 +134,8 @@ struct Found {
     samples: Range<usize>,
     gain: Gain,
     deviations: f64,
+    /// Whether its residuals are correlated.
+    is_form: bool,
     /// Stretches that were compared.
     members: usize,
 }
@@ -136,23 +145,25 @@ fn stretches(runs: &Component, deviation: f64) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
     for (run, values) in runs {
         let smooth = medians(&values.iter().map(|one| one.2).collect::<Vec<_>>());
-        let mut rest = vec![0..smooth.len()];
+        let mut rest: Vec<Range<usize>> = std::iter::once(0..smooth.len()).collect();
         while let Some(part) = rest.pop() {
             let Some(own) = largest(&smooth[part.clone()], FAR * deviation) else { continue };
             let own = part.start + own.start..part.start + own.end;
             let square = |value: &f64| (value / deviation).powi(2);
-            let gain = smooth[own.clone()].iter().map(square).sum();
+            let gain: f64 = smooth[own.clone()].iter().map(square).sum();
             // What is beside a small one is smaller.
             if gain * SMALLER < found.first().map_or(0.0, |first| first.gain.gain) {
                 continue;
             }
             rest.extend([part.start..own.start, own.end..part.end]);
             let own = with_ends(&smooth, own);
+            let gain = smooth[own.clone()].iter().map(square).sum();
             found.push(Found {
                 run: *run,
                 samples: values[own.start].0..values[own.end - 1].0 + 1,
                 gain: Gain { gain, degrees: own.len() },
-                deviations: median_size(&smooth[own]).unwrap_or(0.0) / deviation,
+                deviations: median_size(&smooth[own.clone()]).unwrap_or(0.0) / deviation,
+                is_form: is_form(values[own.clone()].iter().map(|one| one.2), &smooth[own]),
                 members: values.len() * values.len() / 2,
             });
         }
@@ -165,7 +176,16 @@ fn stretches(runs: &Component, deviation: f64) -> Vec<Found> {
         let readings = one.gain.degrees;
         readings >= SHORTEST && LONGEST * readings <= count(one)
     };
-    if found.iter().all(is_short) { found } else { Vec::new() }
+    if found.iter().all(|one| is_short(one) && one.is_form) { found } else { Vec::new() }
+}
+
+/// Whether residuals of a stretch follow each other, as noise that is larger for a while does not; single
+/// outliers among them are no larger than what is smooth.
+fn is_form(values: impl Iterator<Item = f64>, smooth: &[f64]) -> bool {
+    let most = smooth.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let values: Vec<f64> = values.map(|value| value.clamp(-most, most)).collect();
+    let squares: f64 = values.iter().map(|value| value * value).sum();
+    values.windows(2).map(|two| two[0] * two[1]).sum::<f64>() > CORRELATED * squares
 }
 
 /// A range with the values of the same sign beside it: what rises and falls is near zero at its ends.
@@ -233,8 +253,11 @@ mod tests {
         assert_eq!(found.len(), 1);
         let Range { start, end } = found[0].samples;
         assert!((296..306).contains(&start) && (335..345).contains(&end), "{start} {end}");
-        // What is far out for long, or often, is none; noise has none of any size.
+        // What is far out for long, or often, is none; nor is noise, or noise that is larger for a while.
         assert!(of(&|k| noise(k) + if k < 300 { 20.0 } else { 0.0 }).is_empty());
+        let drawn = |k: usize| ((k * 7919 % 1009) as f64 / 504.5 - 1.0) * 1.7;
+        let louder = |k: usize| drawn(k) * if (400..450).contains(&k) { 8.0 } else { 1.0 };
+        assert!(of(&drawn).is_empty() && of(&louder).is_empty());
         let often = of(&|k| noise(k) + if k % 100 < 8 { 20.0 } else { 0.0 });
         assert!(often.len() > MOST);
     }

@@ -55,10 +55,9 @@ impl Budget<'_> {
         parts
     }
 
-    /// A transient, which the fit does not have: its share is that of a gap with it.
+    /// A transient, which the fit does not have.
     pub(super) fn transient(&self, one: &Transient) -> Remainder {
-        let own = one.gain.excess();
-        let share = own / (self.total.max(0.0) + own);
+        let share = (one.gain.excess() / self.total.max(f64::MIN_POSITIVE)).min(1.0);
         Remainder { gain: one.gain, share, ..Remainder::at(one.place.clone()) }
     }
 

@@ -61,8 +61,10 @@ impl Budget<'_> {
         let in_fit = selection.rows_of(&linear.rows());
         // What a block was reduced by may be in the remainder all the same.
         let whole: Vec<usize> = model.iter().map(|term| selection.whole(*term)).collect();
-        let of_rows = Solved::of(selection, &whole, rest, gains);
-        let mut of_rows = of_rows.with_shifts(selection, &whole, rest, gains);
+        let mut of_rows = Solved::of(selection, &whole, rest, gains);
+        if linear.fitted.problem.has_memory() {
+            of_rows = of_rows.with_shifts(selection, &whole, rest, gains);
+        }
         let mut rows: Vec<Row> = Vec::new();
         // Change points, in the fit or not, are not explained: rows are judged beside them.
         let changes: Vec<usize> =
@@ -96,7 +98,7 @@ impl Budget<'_> {
         };
         let steps = Steps::of(&rows_alone, &selected, options)?;
         let degrees = stands.iter().map(|at| gains[*at].degrees).sum();
-        let leftover: f64 = parts.iter().sum();
+        let leftover = parts.iter().sum::<f64>() + self.of_transients;
         let drops = rows_folded.drops(selection, &pieces);
         let gap = gap(&steps, &drops, degrees, leftover);
         let all = (gap.held_out_drop.max(0.0) + leftover).max(f64::MIN_POSITIVE);

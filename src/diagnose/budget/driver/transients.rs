@@ -19,7 +19,9 @@ impl Search<'_> {
         selection.set_scale(&model);
         let found = linear.transients(&selection, &model);
         drop(selection);
-        if found.is_empty() || self.transients.len() + found.len() > MOST {
+        let Some(first) = found.first() else { return Ok(false) };
+        let known = self.transients.iter().filter(|one| one.is_like(first)).count();
+        if known + found.len() > MOST {
             return Ok(false);
         }
         // What has sharp ends is a burst.

@@ -209,8 +209,8 @@ impl Selection<'_> {
         let is_copy = |term: &usize| {
             let other = &self.terms[*term];
             other.is_effect()
-                && other.may_enter
                 && !other.is_own
+                && !other.columns.is_empty()
                 && other.columns.len() <= own.columns.len()
                 && self.squared_cosine(&nominal, (&own.columns, &values), &other.columns)
                     > 1.0 - OWN_SHARE

@@ -5,20 +5,31 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use crate::effect::Effect;
+use crate::formula::ast::{BinaryOperator, Expression, ExpressionKind};
 use crate::library::Library;
 use crate::model::Model;
 
-/// A model without them: inputs that it does not read, but effects that hold for small values only.
-pub(super) fn without_sensitivities<'m>(model: &'m Model, library: &Library) -> Cow<'m, Model> {
-    let of_own = library.own_effects().filter(|effect| is_linearised(effect));
-    let patched = of_own.flat_map(|effect| effect.patches.iter().map(|patch| &patch.formula));
-    let mut read: BTreeSet<&str> =
-        patched.flat_map(|formula| formula.root.names()).map(|(name, _)| name).collect();
-    let measured = model.measurands.iter().map(|one| &one.formula);
-    for (name, _) in model.quantities.values().chain(measured).flat_map(|one| one.root.names()) {
-        read.remove(name);
+/// A model without them: inputs that effects which hold for small values only have as a factor, and that
+/// nothing else reads.
+pub(super) fn without_sensitivities<'m>(model: &'m Model, library: &'m Library) -> Cow<'m, Model> {
+    let formulas = |effect: &'m Effect| effect.patches.iter().map(|patch| &patch.formula.root);
+    let mut factors: BTreeSet<&str> = BTreeSet::new();
+    let mut read: BTreeSet<&str> = BTreeSet::new();
+    for effect in library.own_effects() {
+        for formula in formulas(effect) {
+            let names = formula.names();
+            let (is_factor, others): (Vec<&str>, Vec<&str>) = names
+                .iter()
+                .map(|(name, _)| *name)
+                .partition(|name| is_linearised(effect) && is_factor_of_a_term(formula, name));
+            factors.extend(is_factor);
+            read.extend(others);
+        }
     }
-    let is_sensitivity = |name: &str| read.contains(name);
+    let measured = model.measurands.iter().map(|one| &one.formula);
+    let of_model = model.quantities.values().chain(measured);
+    read.extend(of_model.flat_map(|one| one.root.names()).map(|(name, _)| name));
+    let is_sensitivity = |name: &str| factors.contains(name) && !read.contains(name);
     if !model.inputs.iter().any(|input| is_sensitivity(&input.name)) {
         return Cow::Borrowed(model);
     }
@@ -32,6 +43,33 @@ fn is_linearised(effect: &Effect) -> bool {
     effect.parameters.iter().any(|one| one.setting.linear_range.is_some())
 }
 
+/// Whether a name is in a sum as a factor of its terms: not in a bracket with other terms, nor in a function.
+fn is_factor_of_a_term(sum: &Expression, name: &str) -> bool {
+    use BinaryOperator::{Add, Divide, Multiply, Subtract};
+    let has = |part: &Expression| part.names().iter().any(|(own, _)| *own == name);
+    match &sum.kind {
+        ExpressionKind::Binary(Add | Subtract, left, right) => {
+            [left, right].iter().all(|part| !has(part) || is_factor_of_a_term(part, name))
+        }
+        ExpressionKind::Negate(part) => is_factor_of_a_term(part, name),
+        ExpressionKind::Binary(Multiply, left, right) => {
+            let is_factor = |part: &Expression, other: &Expression| {
+                !has(other) && !is_sum(part) && is_factor_of_a_term(part, name)
+            };
+            is_factor(left, right) || is_factor(right, left)
+        }
+        ExpressionKind::Binary(Divide, left, right) => {
+            !has(right) && !is_sum(left) && is_factor_of_a_term(left, name)
+        }
+        ExpressionKind::Name(own) => own == name,
+        _ => false,
+    }
+}
+
+fn is_sum(part: &Expression) -> bool {
+    matches!(part.kind, ExpressionKind::Binary(BinaryOperator::Add | BinaryOperator::Subtract, ..))
+}
+
 #[cfg(test)]
 mod tests {
     #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
@@ -39,11 +77,11 @@ mod tests {
     use super::*;
     use crate::diagnostic::Source;
 
-    /// What a model reads is a covariate, and what an effect reads that has no range: it may have another
-    /// form than the effect has.
+    /// What a model reads is a covariate, and what another effect reads, or one with a range in another form
+    /// than as a factor: its error may have any form.
     #[test]
-    fn an_input_of_a_linearised_effect_alone_is_no_covariate() {
-        let inputs: String = ["commanded", "simulated", "by_friction", "temperature"]
+    fn an_input_that_is_a_factor_of_a_linearised_effect_alone_is_no_covariate() {
+        let inputs: String = ["simulated", "by_friction", "by_load", "temperature", "pressure"]
             .map(|name| format!("{name} = {{ unit = \"m\", signal = true }}\n"))
             .concat();
         let text = format!(
@@ -53,8 +91,9 @@ mod tests {
         let model = Model::parse(Source::new("drive.toml", text)).unwrap();
         let mut library = Library::builtin().unwrap();
         for (name, read, range) in [
-            ("friction", "by_friction * simulated / commanded", ", linear_range = \"0.1 1\""),
-            ("growth", "temperature", ""),
+            ("friction", "(-by_friction) / 2 - change * by_load", ", linear_range = \"0.1 1\""),
+            ("expansion", "(temperature - 2 m)", ", linear_range = \"0.1 1\""),
+            ("bending", "by_load * pressure", ""),
         ] {
             let effect = format!(
                 "name = \"{name}\"\ntitle = \"{name}\"\nacts = \"arm\"\n[parameters]\n\
@@ -66,7 +105,7 @@ mod tests {
             model.inputs.iter().map(|one| one.name.clone()).collect()
         };
         let without = without_sensitivities(&model, &library);
-        assert_eq!(names(&without), ["simulated", "temperature"]);
+        assert_eq!(names(&without), ["simulated", "by_load", "temperature", "pressure"]);
         let builtin = Library::builtin().unwrap();
         assert_eq!(names(&without_sensitivities(&model, &builtin)), names(&model));
     }
