@@ -55,7 +55,7 @@
 //! | [`coverage`] | coverage factors from degrees of freedom |
 //! | [`differences`] | the seed's own way to the uncertainty of a delay, by differences over 1 ms |
 //! | [`compare`] | both ways side by side |
-//! | [`mod@unit_factors`] | scales that took up a wrong unit |
+//! | [`mod@unit_factors`] | scales that absorbed a wrong unit |
 //! | [`mod@unrecorded`] | which accelerations the readings miss |
 
 pub mod absorbed;

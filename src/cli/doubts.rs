@@ -42,7 +42,7 @@ pub(super) fn tell(fit: &Calibration, quiet: bool) {
 }
 
 /// Reports what may be wrong with the logs: accelerations that nobody recorded, but that readings miss,
-/// clocks of other time zones, and scales that took up another unit.
+/// clocks of other time zones, and scales that absorbed another unit.
 pub(super) fn tell_of_logs(fit: &Calibration) {
     if fit.is_sound() {
         let missed = unrecorded(&fit.problem, &fit.fit.point);

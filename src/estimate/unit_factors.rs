@@ -1,4 +1,4 @@
-//! Scales that took up a wrong unit: free factors that start at 1 and end at that between two units.
+//! Scales that absorbed a wrong unit: free factors that start at 1 and end at that between two units.
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,5 @@
 //! A cause that a user suspects has a formula that is rounded off. An effect of the library with nearly the
-//! same form, and a width that follows the readings, is no evidence for another cause.
+//! same form, and a width that follows the readings, does not show another cause.
 
 use std::fmt::Write as _;
 

@@ -108,7 +108,7 @@ fn a_sign_is_named_where_a_formula_has_one() {
     assert!(jumps.contains("as with the sign of a noisy rate"), "{jumps}");
 }
 
-/// A scale that starts at 1 takes up a wrong unit, and every other number is right.
+/// A scale that starts at 1 absorbs a wrong unit, and every other number is right.
 #[test]
 fn a_scale_that_takes_up_a_unit_is_asked_for_it() {
     for (unit, is_doubtful) in [("kg", false), ("g", true), ("lb", false)] {

@@ -180,7 +180,7 @@ impl Selection<'_> {
     }
 
     /// The squared cosine, beside a factored model, of a form that columns have with some values, with the
-    /// span of others: the part of its squared length that these take up.
+    /// span of others: the part of its squared length that these absorb.
     pub(in crate::diagnose::budget) fn squared_cosine(
         &self,
         beside: &Factored,
