@@ -10,9 +10,12 @@ use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::diagnose::evidence::basis::basis;
+
 use super::answer::{Confounded, Size};
 use super::linear::Linear;
 use super::selection::Selection;
+use super::selection::normal::Beside;
 use super::solved::Solved;
 use super::terms::without;
 use crate::diagnose::price::Gain;
@@ -192,16 +195,24 @@ impl Selection<'_> {
                     && !model.contains(other)
             })
             .filter_map(|other| {
-                let others = &self.terms[other].columns;
-                let of = |model| self.across(model, others).left.trace();
+                let both: Vec<_> = own.iter().chain(&self.terms[other].columns).cloned().collect();
+                let Beside { left, raw, .. } = self.across(&factored, &both);
+                let (k, n) = (own.len(), both.len());
+                let form = left.view((0, 0), (k, k)) * &values;
+                let square = values.dot(&form);
+                let across = left.view((k, 0), (n - k, k)) * &values;
+                let others = left.view((k, k), (n - k, n - k)).into_owned();
                 // What another row takes up is reported there.
-                if of(&factored) < TAKEN_UP * of(&nominal) {
+                let alone = self.across(&nominal, &self.terms[other].columns).left;
+                if others.trace() < TAKEN_UP * alone.trace() {
                     return None;
                 }
-                let cosine = self.squared_cosine(&factored, (own, &values), others);
+                let raw = raw.rows(k, n - k).into_owned();
+                let (basis, _) = basis(&others, &raw);
+                let cosine = basis.tr_mul(&across).norm_squared() / square;
                 let is_probable = || self.ln_odds_at(model, other, &self.typical(other)) > 0.0;
                 let is_near = cosine >= NEAR_ALIAS || cosine >= IN_PART && is_probable();
-                is_near.then_some((other, cosine.min(1.0)))
+                (square > 0.0 && is_near).then_some((other, cosine.min(1.0)))
             })
             .collect();
         found.sort_by(|a, b| b.1.total_cmp(&a.1));

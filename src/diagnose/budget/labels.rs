@@ -46,7 +46,7 @@ const SAME_RATE: f64 = 0.05;
 /// Samples of a run that its mean rates are found from.
 pub(in crate::diagnose) const SAMPLES: usize = 2048;
 /// Mean rate of a run, in parts of its rms rate, from which a signal moves steadily in it.
-pub(in crate::diagnose) const STEADY: f64 = 0.3;
+const STEADY: f64 = 0.3;
 /// Mean rate, in parts of the largest, below which a signal stands still.
 const STILL: f64 = 1e-3;
 
@@ -81,11 +81,7 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
     let mut rates: IndexMap<String, Vec<f64>> = IndexMap::new();
     each_input(problem, 1, |run, input, rates_here| {
         let of_runs = rates.entry(input.name.clone()).or_insert_with(|| vec![0.0; setups.len()]);
-        let count = rates_here.len().max(1) as f64;
-        let mean = rates_here.iter().sum::<f64>() / count;
-        let rms = (rates_here.iter().map(|rate| rate * rate).sum::<f64>() / count).sqrt();
-        // A signal that goes to and fro in a run has no mean rate to compare.
-        of_runs[run] = if mean.abs() < STEADY * rms { 0.0 } else { mean };
+        of_runs[run] = steady_rate(&rates_here);
     });
     let names = problem.parts.iter().flat_map(|part| &part.system.assembly.names.measurands);
     let names: Vec<&str> = names.map(|one| one.name.as_str()).collect();
@@ -106,6 +102,14 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
     }
     labels.retain(|one| one.groups.iter().any(|group| *group != one.groups[0]));
     labels
+}
+
+/// The mean of rates; 0 where a signal goes to and fro, which has none to compare.
+pub(in crate::diagnose) fn steady_rate(rates: &[f64]) -> f64 {
+    let count = rates.len().max(1) as f64;
+    let mean = rates.iter().sum::<f64>() / count;
+    let rms = (rates.iter().map(|rate| rate * rate).sum::<f64>() / count).sqrt();
+    if mean.abs() < STEADY * rms { 0.0 } else { mean }
 }
 
 /// Shows of each run (of all) and input the values at some samples, or those of a derivative by time,

@@ -44,6 +44,8 @@ pub struct Transient {
     pub samples: Range<usize>,
     /// Sum of squares of its smoothed residuals, in robust variances.
     pub gain: Gain,
+    /// Their rms in standard deviations as stated.
+    pub rms: f64,
     /// Their median size in robust standard deviations.
     pub deviations: f64,
     /// Where that is, in rows of the file.
@@ -104,7 +106,9 @@ impl Linear {
                     let rows = Extent::Rows(record.row(samples.start), record.row(samples.end - 1));
                     let place = block.within(&data.run_name(run), rows);
                     let (samples, gain, deviations) = (samples.clone(), *gain, *deviations);
-                    Transient { at: (part, run, measurand), samples, gain, deviations, place }
+                    let rms = deviation * (gain.gain / gain.degrees as f64).sqrt();
+                    let at = (part, run, measurand);
+                    Transient { at, samples, gain, rms, deviations, place }
                 };
                 let noise = (selection.scale[number] / deviation).powi(2);
                 best = Some((ln_bayes, noise, found.iter().map(transient).collect()));

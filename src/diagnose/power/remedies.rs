@@ -9,7 +9,7 @@ use crate::graph::{Kind, Scope};
 use crate::quaternion::Quaternion;
 use crate::units::{Dimension, Unit};
 
-use crate::diagnose::budget::labels::{SAMPLES, STEADY};
+use crate::diagnose::budget::labels::{SAMPLES, steady_rate};
 
 use super::design::design;
 
@@ -180,11 +180,9 @@ fn mean_rate(run: &Run, input: usize) -> f64 {
 fn has_sense(run: &Run, (input, unit): (usize, &Unit)) -> bool {
     let samples = run.record.spread(SAMPLES, 1);
     let rates = (0..samples.len()).map(|sample| at(&samples, input, sample)[1]);
-    let (sum, squares) = rates
-        .filter(|rate| rate.is_finite())
-        .fold((0.0_f64, 0.0), |(sum, squares), rate| (sum + rate, squares + rate * rate));
+    let rates: Vec<f64> = rates.filter(|rate| rate.is_finite()).collect();
     let is_place = unit.is_angle() || unit.dimension == Dimension::LENGTH;
-    is_place && sum.abs() >= STEADY * (squares * samples.len() as f64).sqrt()
+    is_place && steady_rate(&rates) != 0.0
 }
 
 fn stands_still(problem: &Problem, part: usize, input: usize) -> bool {

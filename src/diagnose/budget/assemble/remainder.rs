@@ -55,10 +55,14 @@ impl Budget<'_> {
         parts
     }
 
-    /// A transient, which the fit does not have.
+    /// A transient, which the fit does not have, with its rms in its own readings.
     pub(super) fn transient(&self, one: &Transient) -> Remainder {
         let share = (one.gain.excess() / self.total.max(f64::MIN_POSITIVE)).min(1.0);
-        Remainder { gain: one.gain, share, ..Remainder::at(one.place.clone()) }
+        let (part, _, measurand) = one.at;
+        let Fitted { problem, fit, .. } = &self.linear.fitted;
+        let name = &problem.parts[part].system.assembly.names.measurands[measurand].name;
+        let rms = Some((one.rms * problem.rms_sigma(&fit.point, part, measurand), name.clone()));
+        Remainder { gain: one.gain, share, rms, ..Remainder::at(one.place.clone()) }
     }
 
     /// The parts of the remainder, terms and what each of them takes off.

@@ -179,8 +179,7 @@ impl Budget<'_> {
         let blocks = selection.ranked(&rest, &pools.blocks);
         // What has nearly the form of a cause that a user suspects is no other cause. As a copy it is no more
         // probable than by what it is known for beforehand.
-        let copies = selection.copies_of_own(self.model, term);
-        let of_rival = |one: &RankedTerm| match copies.contains(&one.term) {
+        let of_rival = |one: &RankedTerm| match selection.is_copy(self.model, term, one.term) {
             true => one.ln_bayes.min(ln_bayes - OWN_EFFECT.ln()),
             false => one.ln_bayes,
         };

@@ -11,8 +11,8 @@ use super::Search;
 impl Search<'_> {
     /// Judges bursts and spikes beside the rows, once; whether others than before are left out.
     pub(super) fn take_spikes(&mut self, linear: &Linear) -> Result<bool, FitError> {
-        let is_judged = std::mem::replace(&mut self.has_judged_spikes, true);
-        if self.rows.is_empty() || is_judged || !self.transients.is_empty() {
+        let has_none_to_judge = self.rows.is_empty() || !self.transients.is_empty();
+        if has_none_to_judge || std::mem::replace(&mut self.has_judged_spikes, true) {
             return Ok(false);
         }
         let mut fitted = linear.fitted.clone();

@@ -36,7 +36,7 @@ impl Search<'_> {
         let model = linear.rows();
         for one in ranked.iter().filter(|one| one.ln_bayes >= ENTER) {
             let with = [model.as_slice(), &[one.term]].concat();
-            if !selection.copies_of_own(&with, one.term).contains(&next.term) {
+            if !selection.is_copy(&with, one.term, next.term) {
                 continue;
             }
             let start = linear.start(selection, &model, one.term);

@@ -179,45 +179,6 @@ impl Selection<'_> {
         self.across(&self.factored(beside), &[whole]).left[(0, 0)]
     }
 
-    /// The squared cosine, beside a factored model, of a form that columns have with some values, with the
-    /// span of others: the part of its squared length that these absorb.
-    pub(in crate::diagnose::budget) fn squared_cosine(
-        &self,
-        beside: &Factored,
-        (own, values): (&[Combination], &DVector<f64>),
-        others: &[Combination],
-    ) -> f64 {
-        let both: Vec<Combination> = own.iter().chain(others).cloned().collect();
-        let Beside { left, raw, .. } = self.across(beside, &both);
-        let (k, n) = (own.len(), others.len());
-        let square = values.dot(&(left.view((0, 0), (k, k)) * values));
-        let across = left.view((k, 0), (n, k)) * values;
-        let (basis, _) =
-            basis(&left.view((k, k), (n, n)).into_owned(), &raw.rows(k, n).into_owned());
-        if square > 0.0 { basis.tr_mul(&across).norm_squared() / square } else { 0.0 }
-    }
-
-    /// Effects of the library that are no wider than a row of a user's own and have nearly its form: beside
-    /// it they would explain what its formula is rounded off by.
-    pub fn copies_of_own(&self, model: &[usize], row: usize) -> Vec<usize> {
-        let own = &self.terms[row];
-        if !own.is_own {
-            return Vec::new();
-        }
-        let nominal = self.factored(&[]);
-        let values = self.values_of(model, row);
-        let is_copy = |term: &usize| {
-            let other = &self.terms[*term];
-            other.is_effect()
-                && !other.is_own
-                && !other.columns.is_empty()
-                && other.columns.len() <= own.columns.len()
-                && self.squared_cosine(&nominal, (&own.columns, &values), &other.columns)
-                    > 1.0 - OWN_SHARE
-        };
-        (0..self.terms.len()).filter(is_copy).collect()
-    }
-
     /// Whether a row of a model is a cause that a user suspects, and a block has nearly its form: what the
     /// block does better, such as at a few readings where a formula is rounded off, is for what remains.
     pub fn is_nearly_own(&self, model: &[usize], row: usize, block: usize) -> bool {
@@ -225,16 +186,21 @@ impl Selection<'_> {
         self.terms[row].is_own && left(&[block]) < OWN_SHARE * left(&[])
     }
 
-    /// Squared length of what a model leaves of the form that a term has in another one.
-    pub fn form_left(&self, beside: &[usize], model: &[usize], term: usize) -> f64 {
-        let form = self.values_of(model, term);
-        (form.transpose() * self.left(beside, term) * &form)[(0, 0)]
+    /// Whether an effect of the library is no wider than a row of the user's own and has nearly its form.
+    pub fn is_copy(&self, model: &[usize], row: usize, effect: usize) -> bool {
+        let [own, other] = [row, effect].map(|term| &self.terms[term]);
+        other.is_effect()
+            && !other.is_own
+            && other.columns.len() <= own.columns.len()
+            && self.is_nearly_own(model, row, effect)
     }
 
-    /// The values that a term has in a model.
-    fn values_of(&self, model: &[usize], term: usize) -> DVector<f64> {
+    /// Squared length of what a model leaves of the form that a term has in another one.
+    pub fn form_left(&self, beside: &[usize], model: &[usize], term: usize) -> f64 {
+        let values = self.values(model);
         let mut places = model.iter().zip(self.ranges(model));
         let place = places.find(|(own, _)| **own == term).map_or(0..0, |(_, place)| place);
-        self.values(model).rows(place.start, place.len()).into_owned()
+        let form = values.rows(place.start, place.len()).into_owned();
+        (form.transpose() * self.left(beside, term) * &form)[(0, 0)]
     }
 }

@@ -45,29 +45,32 @@ fn is_linearised(effect: &Effect) -> bool {
 
 /// Whether a name is in a sum as a factor of its terms: not in a bracket with other terms, nor in a function.
 fn is_factor_of_a_term(sum: &Expression, name: &str) -> bool {
-    use BinaryOperator::{Add, Divide, Multiply, Subtract};
-    let has = |part: &Expression| part.names().iter().any(|(own, _)| *own == name);
+    use BinaryOperator::{Add, Subtract};
     match &sum.kind {
         ExpressionKind::Binary(Add | Subtract, left, right) => {
-            [left, right].iter().all(|part| !has(part) || is_factor_of_a_term(part, name))
+            [left, right].iter().all(|part| !has(part, name) || is_factor_of_a_term(part, name))
         }
-        ExpressionKind::Negate(part) => is_factor_of_a_term(part, name),
+        _ => is_factor(sum, name),
+    }
+}
+
+/// Whether a name is a factor of a product.
+fn is_factor(product: &Expression, name: &str) -> bool {
+    use BinaryOperator::{Divide, Multiply};
+    match &product.kind {
+        ExpressionKind::Negate(part) => is_factor(part, name),
         ExpressionKind::Binary(Multiply, left, right) => {
-            let is_factor = |part: &Expression, other: &Expression| {
-                !has(other) && !is_sum(part) && is_factor_of_a_term(part, name)
-            };
-            is_factor(left, right) || is_factor(right, left)
+            let is_in = |part, other| !has(other, name) && is_factor(part, name);
+            is_in(left, right) || is_in(right, left)
         }
-        ExpressionKind::Binary(Divide, left, right) => {
-            !has(right) && !is_sum(left) && is_factor_of_a_term(left, name)
-        }
+        ExpressionKind::Binary(Divide, left, right) => !has(right, name) && is_factor(left, name),
         ExpressionKind::Name(own) => own == name,
         _ => false,
     }
 }
 
-fn is_sum(part: &Expression) -> bool {
-    matches!(part.kind, ExpressionKind::Binary(BinaryOperator::Add | BinaryOperator::Subtract, ..))
+fn has(part: &Expression, name: &str) -> bool {
+    part.names().iter().any(|(own, _)| *own == name)
 }
 
 #[cfg(test)]
