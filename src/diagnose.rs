@@ -175,7 +175,8 @@ fn searched_from(
 /// Whether what a search found leaves far more than is stated, or autocorrelated noise.
 fn is_poor(found: &Found) -> bool {
     let fitted = &found.competed.linear.fitted;
-    fitted.problem.has_memory() || fitted.variance_factor() > FAR_BEYOND_STATED.powi(2)
+    fitted.problem.has_autocorrelated_noise()
+        || fitted.variance_factor() > FAR_BEYOND_STATED.powi(2)
 }
 
 /// The same where a stated value is wrong altogether, which was set free: it is a part of the

@@ -188,7 +188,7 @@ impl Evidence {
         a.basis.tr_mul(&(own - a.coupling.tr_mul(&b.across))) * &b.basis
     }
 
-    /// For each nominal column, how much of the length of an entry's first column it takes up.
+    /// For each nominal column, how much of the length of an entry's first column it absorbs.
     pub fn takers(&self, entry: &Entry) -> Vec<(usize, f64)> {
         let Some(column) = (0..entry.raw.len()).find(|k| entry.raw[*k] > 0.0) else {
             return Vec::new();

@@ -208,7 +208,7 @@ impl Problem {
     }
 
     /// Whether a part of the noise of any row is autocorrelated.
-    pub fn has_memory(&self) -> bool {
+    pub fn has_autocorrelated_noise(&self) -> bool {
         self.parts.iter().any(|part| part.gauss_markov.iter().any(Option::is_some))
     }
 

@@ -139,7 +139,7 @@ fn a_filter_is_found_where_it_alone_is_asked_for() {
 }
 
 /// An error of the angle once a turn is no filter, however much of it the second-order part of one would
-/// take up.
+/// absorb.
 #[test]
 fn an_error_over_the_angle_is_not_taken_for_a_filter() {
     for (amplitude, phase, seed) in [(1e-3, 2.0, 2), (1e-3, 2.0, 7), (1.2e-3, 1.9, 8)] {

@@ -259,7 +259,7 @@ fn a_held_out_campaign_takes_the_constants_of_effects() {
     assert!(gap.closed > 0.9, "{gap:?}");
 }
 
-/// A value that nominal parameters take up does not make an effect harder to see.
+/// A value that nominal parameters absorb does not make an effect harder to see.
 #[test]
 fn what_cannot_be_seen_is_no_part_of_a_size() {
     let own = tempfile::tempdir().unwrap();
@@ -289,7 +289,7 @@ fn what_cannot_be_seen_is_no_part_of_a_size() {
     );
 }
 
-/// Effects of the user's own: one with a value that nominal parameters take up, one that is never
+/// Effects of the user's own: one with a value that nominal parameters absorb, one that is never
 /// off.
 #[test]
 fn own_effects_are_tested_by_what_can_be_seen_of_them_and_where_they_can_be_off() {

@@ -183,7 +183,7 @@ fn a_run_with_values_of_its_own_is_judged_between_what_it_was_fitted_to() {
     assert!(largest > 10.0, "{largest}");
 }
 
-/// A clock with a rate of each run's own takes up what a common clock and the air do, but for what
+/// A clock with a rate of each run's own absorbs what a common clock and the air do, but for what
 /// is left.
 #[test]
 fn two_effects_of_which_a_third_takes_up_both() {

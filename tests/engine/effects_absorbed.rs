@@ -1,4 +1,4 @@
-//! Which effects a model takes up by itself, and which effects are one: what their files say of it.
+//! Which effects a model absorbs by itself, and which effects are one: what their files say of it.
 
 use std::path::Path;
 

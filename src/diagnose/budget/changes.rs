@@ -19,12 +19,12 @@ use crate::diagnose::library::place::Extent;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::ENTER;
 
+mod absorbed;
 mod carried;
 mod models;
 mod moments;
 mod onsets;
 mod runs;
-mod taken_up;
 
 /// Moments tried at most in the first pass.
 const MOST_BINS: usize = 1500;

@@ -23,8 +23,8 @@ use crate::diagnose::thresholds::{CONFOUNDED, IN_PART, NEAR_ALIAS};
 
 /// Effects outside the fit that are compared with a row at most.
 const MOST: usize = 4;
-/// Share of its squared length below which an effect is taken up by the other rows.
-const TAKEN_UP: f64 = 0.01;
+/// Share of its squared length below which an effect is absorbed by the other rows.
+const ABSORBED: f64 = 0.01;
 /// Correlation beyond which two effects have no separate values.
 const ONE: f64 = 0.9999;
 
@@ -202,9 +202,9 @@ impl Selection<'_> {
                 let square = values.dot(&form);
                 let across = left.view((k, 0), (n - k, k)) * &values;
                 let others = left.view((k, k), (n - k, n - k)).into_owned();
-                // What another row takes up is reported there.
+                // What another row absorbs is reported there.
                 let alone = self.across(&nominal, &self.terms[other].columns).left;
-                if others.trace() < TAKEN_UP * alone.trace() {
+                if others.trace() < ABSORBED * alone.trace() {
                     return None;
                 }
                 let raw = raw.rows(k, n - k).into_owned();

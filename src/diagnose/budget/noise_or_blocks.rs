@@ -64,7 +64,7 @@ pub fn instead_of_blocks(
     if !has_structure && has_own_levels {
         return None;
     }
-    let least = if problem.has_memory() { LIKELY } else { SURE };
+    let least = if problem.has_autocorrelated_noise() { LIKELY } else { SURE };
     let mut best: Option<(f64, Instead)> = None;
     let mut take = |beyond: f64, found: Instead| {
         if beyond > best.as_ref().map_or(0.0, |(known, _)| *known) {
@@ -113,7 +113,7 @@ pub fn instead_of_blocks(
 }
 
 /// The rows with one change point each, and the price of one that the model lacks. A change that
-/// blocks took up makes the noise look slower and larger than it is; of several in the model some may
+/// blocks absorbed makes the noise look slower and larger than it is; of several in the model some may
 /// be that noise.
 fn with_one_change(
     selection: &Selection<'_>,
@@ -140,7 +140,7 @@ fn with_one_change(
 /// The rows with the strongest structure of the model, one more each time: beside noise that remembers
 /// an unmodelled effect is no noise. Each must gain more than its price, which both sides have, by what
 /// a term needs to enter. A simpler block over the same covariate is tried in its place: under white noise
-/// a wide one takes up what of the noise goes with the covariate, too.
+/// a wide one absorbs what of the noise goes with the covariate, too.
 fn with_the_strongest(
     selection: &Selection<'_>,
     model: &[usize],

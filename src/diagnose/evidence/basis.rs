@@ -11,7 +11,7 @@ use crate::estimate::eigen;
 /// Share of a column's length below which nominal parameters take it up.
 pub const RANK: f64 = 3e-4;
 
-/// `W` with `Wᵀ S W = 1` and its counterpart, columns that are taken up left out.
+/// `W` with `Wᵀ S W = 1` and its counterpart, columns that are absorbed left out.
 pub fn basis(left: &DMatrix<f64>, raw: &DVector<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let k = left.nrows();
     let length = raw.map(|length| if length > 0.0 { length } else { 1.0 });
@@ -32,8 +32,8 @@ pub fn basis(left: &DMatrix<f64>, raw: &DVector<f64>) -> (DMatrix<f64>, DMatrix<
     )
 }
 
-/// The same of columns none of which is taken up, by far quicker: with `S = L Lᵀ` they are `L⁻ᵀ`
-/// and `Lᵀ`. `None` where some eigenvalue may be below what counts as taken up: the least is at
+/// The same of columns none of which is absorbed, by far quicker: with `S = L Lᵀ` they are `L⁻ᵀ`
+/// and `Lᵀ`. `None` where some eigenvalue may be below what counts as absorbed: the least is at
 /// least `1 / tr S⁻¹`.
 fn triangular(
     scaled: &DMatrix<f64>,

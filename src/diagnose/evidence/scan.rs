@@ -3,7 +3,7 @@
 //! A line is as narrow as the recordings are long: a fixed grid of members would miss it. So the
 //! grid is made from the signatures themselves (`grid`). The constant is left open in one compiled
 //! program, `TOGETHER` members at once: one pass over the readings serves them all. What nominal
-//! parameters take up is taken off each of few members; of more, off the best by the plain gain. The
+//! parameters absorb is taken off each of few members; of more, off the best by the plain gain. The
 //! best is polished between its neighbours (`best`); coupling between values of different runs is left
 //! aside. The best is then tested like any other candidate; every member of the grid is paid for,
 //! twice for the polishing. A list of members is looked through in the same way, as it stands.
@@ -199,7 +199,7 @@ impl<'a> Scan<'a> {
     /// What each of at most `TOGETHER` members gains, added up over everything that holds together;
     /// without the runs in which its wave is as much one slower than all of the family, where these
     /// say most of it. Nominal parameters stand still or, with their score halfway to its product,
-    /// what they take up is taken off.
+    /// what they absorb is taken off.
     fn added(
         &self,
         programs: &[Passes<'_>],

@@ -4,7 +4,7 @@
 //! value and counted in the unit of the first: the amplitude of a cosine and sine pair. A value for
 //! each setup, run or measurand has that size in each of them. The phase is not known:
 //! probabilities are means over directions (`DIRECTIONS` random ones, always the same) and over the
-//! members of a family. Values and directions that nominal parameters take up are left aside.
+//! members of a family. Values and directions that nominal parameters absorb are left aside.
 
 use std::collections::BTreeSet;
 

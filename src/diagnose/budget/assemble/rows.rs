@@ -62,7 +62,7 @@ impl Budget<'_> {
         // What a block was reduced by may be in the remainder all the same.
         let whole: Vec<usize> = model.iter().map(|term| selection.whole(*term)).collect();
         let mut of_rows = Solved::of(selection, &whole, rest, gains);
-        if linear.fitted.problem.has_memory() {
+        if linear.fitted.problem.has_autocorrelated_noise() {
             of_rows = of_rows.with_shifts(selection, &whole, rest, gains);
         }
         let mut rows: Vec<Row> = Vec::new();

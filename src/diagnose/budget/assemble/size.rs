@@ -17,7 +17,7 @@ impl Budget<'_> {
             _ => None,
         };
         let Fitted { problem, fit, .. } = &linear.fitted;
-        let squares = if problem.has_memory() {
+        let squares = if problem.has_autocorrelated_noise() {
             self.squares_of_readings(term, values)
         } else {
             self.squares_of_sums(term, values)
@@ -61,8 +61,8 @@ impl Budget<'_> {
         let Fitted { problem, fit, .. } = &mut plain.fitted;
         problem.parts.iter_mut().for_each(|part| part.gauss_markov.fill(None));
         problem.reweight(&fit.point);
-        let taken_up = selection.taken_up_by_nominal(term, values).into_iter();
-        let by: Vec<f64> = taken_up.map(|value| -value).chain(values.iter().copied()).collect();
+        let absorbed = selection.absorbed_by_nominal(term, values).into_iter();
+        let by: Vec<f64> = absorbed.map(|value| -value).chain(values.iter().copied()).collect();
         let mut squares = vec![0.0; selection.scale.len()];
         plain.visit(selection, &[term], &[], &mut |one| {
             let size: f64 = one.model.iter().zip(&by).map(|(column, by)| column * by).sum();

@@ -114,8 +114,8 @@ impl Linear {
     }
 }
 
-/// Whether a few samples carry the gain, the squared score over the squared length. What the model takes up
-/// of the length it takes up of each sample in proportion.
+/// Whether a few samples carry the gain, the squared score over the squared length. What the model absorbs
+/// of the length it absorbs of each sample in proportion.
 fn is_carried(all: &[Contribution]) -> bool {
     let sum = |of: fn(&Contribution) -> f64| all.iter().map(of).sum::<f64>();
     let (score, square) = (sum(|one| one.score), sum(|one| one.square));

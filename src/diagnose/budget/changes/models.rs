@@ -1,7 +1,7 @@
 //! The models beside which changes are looked for: a whole one, and it without each of its rows and
 //! blocks. It is factored once.
 
-use super::taken_up::Lacking;
+use super::absorbed::Lacking;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::selection::normal::Factored;
 use crate::diagnose::thresholds::ENTER;

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::absorbed::{AbsorbedLengths, Across, EndProducts};
 use super::models::Models;
 use super::onsets::Onsets;
-use super::taken_up::{Across, EndProducts, TakenUp};
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::selection::normal::Factored;
@@ -18,8 +18,8 @@ use crate::diagnose::thresholds::ENTER;
 const MOST_ENDS: usize = 40;
 /// Rounds in which both ends of a stretch are looked for bin by bin.
 const END_ROUNDS: usize = 3;
-/// Share of a change's squared length below which the model takes it up.
-const TAKEN_UP: f64 = 1e-6;
+/// Share of a change's squared length below which the model absorbs it.
+const ABSORBED: f64 = 1e-6;
 
 /// The first bin, and the one after the last.
 type Ends = (usize, usize);
@@ -106,13 +106,13 @@ impl Linear {
             let stretches = self.stretches(*base, bins, &across);
             let is_fixed = self.fixed(base.candidate).is_some();
             let mut all: Vec<(bool, Change)> = Vec::new();
-            for (taken_up, least) in TakenUp::by_each(&across, lacking).iter().zip(least) {
+            for (absorbed, least) in AbsorbedLengths::by_each(&across, lacking).iter().zip(least) {
                 // What a value that is another one from a bin on gains.
                 let gain_from = |bin: usize| -> Option<f64> {
                     let square = sum[(n + 1, bin)];
-                    let (taken, along) = taken_up.taken(bin, None);
+                    let (taken, along) = absorbed.taken(bin, None);
                     let left = square - taken;
-                    (square > 0.0 && left >= TAKEN_UP * square)
+                    (square > 0.0 && left >= ABSORBED * square)
                         .then(|| (sum[(n, bin)] - along).powi(2) / left)
                 };
                 // Of all moments, and of those at which a run begins.
@@ -154,13 +154,13 @@ impl Linear {
                 });
                 // A stretch has one end more.
                 let simpler = moment.as_ref().map_or(0.0, |one| one.gain.gain + 2.0 * ENTER);
-                let stretch = self.best_stretch(*base, sum, (taken_up, &stretches), bins);
+                let stretch = self.best_stretch(*base, sum, (absorbed, &stretches), bins);
                 let stretch = stretch.filter(|one| {
                     one.gain.gain > simpler && !self.is_whole_value(*base, one.at, one.end)
                 });
                 let found = moment.into_iter().chain(stretch);
                 let worth = found.filter(|one| selection.ln_bayes_factor_of_change(one) >= *least);
-                all.extend(worth.map(|one| (taken_up.is_of_a_part(), one)));
+                all.extend(worth.map(|one| (absorbed.is_of_a_part(), one)));
             }
             all
         };
@@ -199,7 +199,7 @@ impl Linear {
         &self,
         base: Base,
         sum: &DMatrix<f64>,
-        (taken_up, stretches): (&TakenUp<'_>, &[Stretches]),
+        (absorbed, stretches): (&AbsorbedLengths<'_>, &[Stretches]),
         bins: &[Bin],
     ) -> Option<Change> {
         let n = sum.nrows() - 3;
@@ -207,7 +207,7 @@ impl Linear {
             if to < run.1 { bins[to].1 } else { self.fitted.problem.samples_in(bins[run.0].0) }
         };
         // What a stretch of a run, whose bins are `first..next`, gains, from the squared length that
-        // the model takes up, and the product with what the residual has in common with it.
+        // the model absorbs, and the product with what the residual has in common with it.
         let gain = |run: Ends, (from, to): Ends, (taken, along): (f64, f64)| -> Option<f64> {
             if to <= from || end_of(run, to) - bins[from].1 < LEAST_STRETCH {
                 return None;
@@ -219,18 +219,18 @@ impl Linear {
             let shared = later.map_or(0.0, |later| 2.0 * sum[(n + 2, later)]);
             let square = within(n + 1) + shared;
             let left = square - taken;
-            (square > 0.0 && left >= TAKEN_UP * square).then(|| (within(n) - along).powi(2) / left)
+            (square > 0.0 && left >= ABSORBED * square).then(|| (within(n) - along).powi(2) / left)
         };
         let gain_alone = |run: Ends, (from, to): Ends| -> Option<f64> {
             let later = (!self.is_past(bins, run, to)).then_some(to);
             (to > from)
-                .then(|| taken_up.taken(from, later))
+                .then(|| absorbed.taken(from, later))
                 .and_then(|taken| gain(run, (from, to), taken))
         };
         let mut best: Option<(f64, &Stretches, Ends)> = None;
         let mut tried = 0;
         for own in stretches {
-            let taken = taken_up.between(&own.ends, &own.columns);
+            let taken = absorbed.between(&own.ends, &own.columns);
             for (i, from) in own.places.iter().enumerate() {
                 for (j, to) in own.places.iter().enumerate().skip(i + 1) {
                     let gain = gain(own.run, (*from, *to), taken(i, j));

@@ -42,7 +42,7 @@ impl Onsets {
         Self { blocks: Vec::new(), added }
     }
 
-    /// Takes up a reading with its bin and weight.
+    /// Takes a reading with its bin and weight.
     pub(super) fn see(&mut self, values: &Values<'_>, bin: usize, weight: f64) {
         let Some(gains) = values.gains.copied() else { return };
         self.blocks.resize_with(self.blocks.len().max(values.row + 1), Vec::new);
@@ -55,7 +55,7 @@ impl Onsets {
         self.blocks[values.row].push(Reading { bin, gains, weight, columns, bases });
     }
 
-    /// Takes up the last blocks.
+    /// Takes the last blocks.
     pub(super) fn finish(&mut self) {
         for block in std::mem::take(&mut self.blocks) {
             self.add(&block);

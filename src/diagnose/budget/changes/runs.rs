@@ -1,5 +1,5 @@
 //! Runs that differ, in the place of a block with a value for each run: where only some of them need
-//! one, each is a change with one value, and effects that the block took up may be seen again.
+//! one, each is a change with one value, and effects that the block absorbed may be seen again.
 
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::search::{Log, MOST};

@@ -61,7 +61,7 @@ impl Search<'_> {
         let Competed { linear, judged, .. } = competed;
         let rows = linear.rows();
         let has_blocks = judged.model.iter().any(|term| !linear.terms[*term].is_effect());
-        if !has_blocks && !linear.fitted.problem.has_memory() {
+        if !has_blocks && !linear.fitted.problem.has_autocorrelated_noise() {
             return Ok(false);
         }
         for at in 0..self.displaced.len() {

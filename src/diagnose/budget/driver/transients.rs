@@ -12,7 +12,7 @@ impl Search<'_> {
     /// Leaves transients out that explain more than any term beside the rows; whether there are such.
     pub(super) fn take_transients(&mut self, linear: &Linear) -> Result<bool, FitError> {
         let model = linear.rows();
-        if linear.fitted.problem.has_memory() {
+        if linear.fitted.problem.has_autocorrelated_noise() {
             return Ok(false);
         }
         let mut selection = self.selection(linear);

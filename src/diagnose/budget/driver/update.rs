@@ -85,7 +85,7 @@ impl Search<'_> {
     /// are outliers is judged again by each model. `None` where nothing is left out, or where the
     /// noise of a reading is that of its neighbour, too.
     fn with_all_readings(&self, linear: &Linear) -> Option<Linear> {
-        if self.outliers.is_empty() || linear.fitted.problem.has_memory() {
+        if self.outliers.is_empty() || linear.fitted.problem.has_autocorrelated_noise() {
             return None;
         }
         let mut whole = linear.clone();

@@ -33,7 +33,7 @@ struct Candidate {
     term: usize,
     beside: Beside,
     /// `C H_Mj`.
-    taken_up: DMatrix<f64>,
+    coefficients: DMatrix<f64>,
 }
 
 impl<'s> Exchange<'s> {
@@ -41,8 +41,8 @@ impl<'s> Exchange<'s> {
     pub fn new(selection: &'s Selection<'s>, model: &[usize], pool: &[usize]) -> Self {
         let factored = selection.factored(model);
         let candidate = |(term, beside): (&usize, Beside)| {
-            let taken_up = factored.factor.back(&beside.across);
-            Candidate { term: *term, beside, taken_up }
+            let coefficients = factored.factor.back(&beside.across);
+            Candidate { term: *term, beside, coefficients }
         };
         let may_enter = |term: &usize| selection.terms[*term].may_enter && !model.contains(term);
         let pool: Vec<usize> = pool.iter().copied().filter(may_enter).collect();
@@ -74,12 +74,12 @@ impl<'s> Exchange<'s> {
         let back = |values: &DVector<f64>| own.solve(&values.select_rows(&at));
         let (values, streams) = (back(&self.values), self.values_of_streams.as_ref().map(back));
         let ranked = self.candidates.par_iter().filter(|one| is_one(one.term)).map(|one| {
-            let taken_up = one.taken_up.select_rows(&at);
+            let coefficients = one.coefficients.select_rows(&at);
             let Beside { left, score, of_streams, raw, .. } = &one.beside;
-            let left = left + taken_up.transpose() * own.solve(&taken_up);
+            let left = left + coefficients.transpose() * own.solve(&coefficients);
             let of_streams = of_streams.as_ref().zip(streams.as_ref());
-            let of_streams = of_streams.map(|(own, values)| own + taken_up.tr_mul(values));
-            let score = score + taken_up.tr_mul(&values);
+            let of_streams = of_streams.map(|(own, values)| own + coefficients.tr_mul(values));
+            let score = score + coefficients.tr_mul(&values);
             let gain = gain_beyond_streams(&left, &score, of_streams.as_ref(), raw);
             let ln_bayes = self.selection.ln_bayes_factor(one.term, gain);
             Ranked { term: one.term, gain, ln_bayes }

@@ -1,4 +1,6 @@
-//! Forms: what a term does beyond the nominal parameters, and how much of that others take up.
+//! Forms: what a term does beyond the nominal parameters, and how much of that others absorb.
+
+use std::ops::Range;
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
@@ -45,27 +47,47 @@ impl Selection<'_> {
     /// form keeps what it explains; the block explains the rest.
     pub fn beside_rows(&mut self, model: &[usize], block: usize) -> usize {
         let with = [model, &[block]].concat();
-        let (values, beside_model) = self.factored(model).solved();
-        let beside_block = self.factored(&with).factor.covariance();
-        let mut within = Vec::new();
-        for (term, range) in model.iter().zip(self.ranges(model)) {
-            let (at, k) = (range.start, range.len());
+        let within = self.rows_within(&with, block, &self.factored(&with).solved());
+        self.reduced(model, block, &within)
+    }
+
+    /// The rows of a model whose forms lie within a block of it, from its values `v` and their covariance
+    /// `C`. Without the block `b` they are `v - C_b C_bb⁻¹ v_b` and `C - C_b C_bb⁻¹ C_bᵀ`: the inverse of a
+    /// matrix without a block.
+    fn rows_within(
+        &self,
+        model: &[usize],
+        block: usize,
+        (values, covariance): &(DVector<f64>, DMatrix<f64>),
+    ) -> Vec<usize> {
+        let ranges = self.ranges(model);
+        let mut places = model.iter().zip(&ranges);
+        let Some((_, of_block)) = places.find(|(term, _)| **term == block) else {
+            return Vec::new();
+        };
+        let part = |rows: &Range<usize>, columns: &Range<usize>| {
+            let (from, shape) = ((rows.start, columns.start), (rows.len(), columns.len()));
+            covariance.view(from, shape).into_owned()
+        };
+        let Some(own) = Cholesky::new(part(of_block, of_block)) else { return Vec::new() };
+        let block_values = own.solve(&values.rows(of_block.start, of_block.len()));
+        let is_within = |(term, range): &(&usize, &Range<usize>)| {
+            let across = part(range, of_block);
+            let form = values.rows(range.start, range.len()) - &across * &block_values;
             // The inverse of its covariance is what the others leave of a term.
-            let left = |covariance: &DMatrix<f64>| {
-                let factor = Cholesky::new(covariance.view((at, at), (k, k)).into_owned())?;
-                let form = values.rows(at, k).into_owned();
-                Some(form.dot(&factor.solve(&form)))
-            };
+            let left = |covariance| Some(form.dot(&Cholesky::new(covariance)?.solve(&form)));
+            let after = part(range, range);
+            let before = &after - &across * own.solve(&across.transpose());
             // The form of a cause that a user suspects lies within what would leave too little of it.
-            let own = &self.terms[*term];
-            let contained = if own.is_own { OWN_SHARE } else { CONTAINED };
-            if own.is_effect()
-                && let (Some(after), Some(before)) = (left(&beside_block), left(&beside_model))
-                && after < contained * before
-            {
-                within.push(*term);
-            }
-        }
+            let contained = if self.terms[**term].is_own { OWN_SHARE } else { CONTAINED };
+            left(after).zip(left(before)).is_some_and(|(after, before)| after < contained * before)
+        };
+        let rows = model.iter().zip(&ranges).filter(|(term, _)| self.terms[**term].is_effect());
+        rows.filter(is_within).map(|(term, _)| *term).collect()
+    }
+
+    /// A block without the forms of rows of a model that lie within it.
+    fn reduced(&mut self, model: &[usize], block: usize, within: &[usize]) -> usize {
         if within.is_empty() {
             return block;
         }
@@ -116,10 +138,17 @@ impl Selection<'_> {
     /// A model with the blocks beside its rows that came in the place of another term; without those
     /// of which rows leave nothing.
     pub fn all_beside_rows(&mut self, mut model: Vec<usize>) -> Vec<usize> {
+        let mut solved = None;
         for at in 0..model.len() {
-            let own = &self.terms[model[at]];
-            if !own.is_effect() && own.change.is_none() && own.reduced_from.is_none() {
-                model[at] = self.beside_rows(&without(&model, model[at]), model[at]);
+            let (block, own) = (model[at], &self.terms[model[at]]);
+            if own.is_effect() || own.change.is_some() || own.reduced_from.is_some() {
+                continue;
+            }
+            let known = solved.get_or_insert_with(|| self.factored(&model).solved());
+            let within = self.rows_within(&model, block, known);
+            if !within.is_empty() {
+                model[at] = self.reduced(&without(&model, block), block, &within);
+                solved = None;
             }
         }
         model.retain(|term| !self.terms[*term].columns.is_empty());
@@ -150,15 +179,15 @@ impl Selection<'_> {
     /// columns.
     pub fn beyond_nominal(&self, term: usize, values: &[f64]) -> Combination {
         let mut form = self.form(term, values);
-        let taken_up = self.taken_up_by_nominal(term, values);
-        for (column, value) in self.columns(&[]).into_iter().zip(taken_up) {
+        let absorbed = self.absorbed_by_nominal(term, values);
+        for (column, value) in self.columns(&[]).into_iter().zip(absorbed) {
             form.extend(column.iter().map(|(at, by)| (*at, -by * value)));
         }
         form
     }
 
     /// How much of each nominal column is in a term's form.
-    pub fn taken_up_by_nominal(&self, term: usize, values: &[f64]) -> Vec<f64> {
+    pub fn absorbed_by_nominal(&self, term: usize, values: &[f64]) -> Vec<f64> {
         let nominal = self.factored(&[]);
         self.of_nominal(&nominal, &self.form(term, values)).iter().copied().collect()
     }
@@ -172,9 +201,8 @@ impl Selection<'_> {
     /// Squared length of what a model leaves of all that the terms of another one do together.
     pub fn whole_form_left(&self, beside: &[usize], model: &[usize]) -> f64 {
         let values = self.values(model);
-        let of = |(term, range): (&usize, std::ops::Range<usize>)| {
-            self.form(*term, &values.as_slice()[range])
-        };
+        let of =
+            |(term, range): (&usize, Range<usize>)| self.form(*term, &values.as_slice()[range]);
         let whole: Combination = model.iter().zip(self.ranges(model)).flat_map(of).collect();
         self.across(&self.factored(beside), &[whole]).left[(0, 0)]
     }

@@ -9,7 +9,7 @@ use crate::effect::Members;
 use super::grid::{NEIGHBOURS, Tried};
 use super::{Scan, TOGETHER};
 
-/// Of many members those that are looked at with what nominal parameters take up taken off.
+/// Of many members those that are looked at with what nominal parameters absorb taken off.
 const BEST: usize = 40;
 /// Members that are all looked at so: as a pass with the nominal columns costs half as much again, a
 /// choice of the best of them by a pass without would take longer.

@@ -60,7 +60,7 @@ impl Scan<'_> {
 }
 
 impl Group {
-    /// What a member takes off the sum of squares, without what others take up: `taken` are nominal
+    /// What a member takes off the sum of squares, without what others absorb: `taken` are nominal
     /// columns' products with the columns and with what is left, halfway to their product.
     pub(super) fn gain(&self, member: usize, taken: Option<&(DMatrix<f64>, &DVector<f64>)>) -> f64 {
         let k = self.score.len() / TOGETHER;
@@ -95,7 +95,7 @@ impl Group {
 
 type Factor = Cholesky<f64, nalgebra::Dyn>;
 
-/// What is left of a column's squared length, a little more. What others take up is nothing: the
+/// What is left of a column's squared length, a little more. What others absorb is nothing: the
 /// nominal parameters, or another of the columns, as where all runs turn in the same sense; so is a
 /// column of zeros, as where a signal stands still.
 fn raised(left: f64, own: f64) -> f64 {

@@ -1,8 +1,8 @@
-//! What a model takes up of the columns of changes, and what the model without some of its terms
-//! takes up: the model is factored once.
+//! What a model absorbs of the columns of changes, and what the model without some of its terms
+//! absorbs: the model is factored once.
 //!
-//! With `H = L Lᵀ` the model's normal equations and `a = L⁻¹ H_Mj` of a column, the model takes up
-//! `aᵀ a` of its squared length. Without the terms `t` it takes up less by the part of `a` within the
+//! With `H = L Lᵀ` the model's normal equations and `a = L⁻¹ H_Mj` of a column, the model absorbs
+//! `aᵀ a` of its squared length. Without the terms `t` it absorbs less by the part of `a` within the
 //! span of the columns `M_t` of `L⁻¹`: their values are `M_tᵀ a`, with the covariance `M_tᵀ M_t`.
 
 use std::ops::Range;
@@ -94,13 +94,13 @@ impl EndProducts {
     }
 }
 
-/// What the model without some of its terms takes up of the same columns.
-pub(super) struct TakenUp<'m> {
+/// What the model without some of its terms absorbs of the same columns.
+pub(super) struct AbsorbedLengths<'m> {
     whole: &'m Across,
     out: Across,
 }
 
-impl<'m> TakenUp<'m> {
+impl<'m> AbsorbedLengths<'m> {
     /// By each of some parts of it.
     pub(super) fn by_each(whole: &'m Across, lacking: &Lacking) -> Vec<Self> {
         // A product of two matrices is blocked, `tr_mul` goes column by column.
@@ -119,7 +119,7 @@ impl<'m> TakenUp<'m> {
         !self.out.half.is_empty()
     }
 
-    /// As [`Across::taken`]: the squared length that is taken up, and the product with the right side.
+    /// As [`Across::taken`]: the squared length that is absorbed, and the product with the right side.
     pub(super) fn taken(&self, from: usize, to: Option<usize>) -> (f64, f64) {
         less(self.whole.taken(from, to), self.out.taken(from, to))
     }
@@ -143,7 +143,7 @@ fn less(whole: (f64, f64), out: (f64, f64)) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Without factoring again, what is taken up is what the model without some columns takes up.
+    /// Without factoring again, what is absorbed is what the model without some columns absorbs.
     #[test]
     fn what_is_taken_up_without_some_columns_is_what_the_others_take_up() {
         let value = |i: usize, j: usize| ((i * 7 + j * 13 + 1) as f64 * 0.61).sin();
@@ -159,15 +159,15 @@ mod tests {
         let (whole, factor) = beside(&[0, 1, 2, 3, 4]);
         let (less, _) = beside(&[0, 2, 4]);
         let lacking = Lacking::new(&factor, &[Vec::new(), vec![1, 3]]);
-        let all = TakenUp::by_each(&whole, &lacking);
-        let [all_of_it, taken_up] = all.as_slice() else { unreachable!() };
-        assert!(!all_of_it.is_of_a_part() && taken_up.is_of_a_part());
+        let all = AbsorbedLengths::by_each(&whole, &lacking);
+        let [all_of_it, absorbed] = all.as_slice() else { unreachable!() };
+        assert!(!all_of_it.is_of_a_part() && absorbed.is_of_a_part());
         let places = [Some(0), Some(1), Some(2), None];
         let ends = whole.ends(&places);
-        let between = taken_up.between(&ends, &places);
+        let between = absorbed.between(&ends, &places);
         for (from, to) in [(0, 1), (0, 2), (1, 2), (0, 3), (2, 3)] {
             let due = less.taken(from, places[to]);
-            for found in [taken_up.taken(from, places[to]), between(from, to)] {
+            for found in [absorbed.taken(from, places[to]), between(from, to)] {
                 assert!((found.0 - due.0).abs() < 1e-8 && (found.1 - due.1).abs() < 1e-8);
             }
         }
