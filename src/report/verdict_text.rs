@@ -80,11 +80,13 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
             )
         }
         Verdict::Unknown => {
-            let first = diagnosis.remainder.first();
-            let is_small = first.is_some_and(|one| one.place.is_effect());
+            let has_form = |one: &Remainder| one.place.is_effect() || nearest(one).is_some();
             format!(
                 "Unknown: there is a gap{}; {}.",
-                if is_small { "" } else { " that no effect of the library explains" },
+                match diagnosis.remainder.iter().any(has_form) {
+                    true => ", and no effect is identified",
+                    false => " that no effect of the library explains",
+                },
                 looks(&diagnosis.remainder, "it")
             )
         }
@@ -141,8 +143,21 @@ fn looks(remainder: &[Remainder], what: &str) -> String {
 }
 
 fn first(remainder: &[Remainder]) -> String {
-    let words = remainder.first().map(|one| one.place.words.clone());
-    words.unwrap_or_else(|| "nothing that has a location".to_owned())
+    let Some(first) = remainder.first() else { return "nothing that has a location".to_owned() };
+    let words = &first.place.words;
+    nearest(first).map_or_else(
+        || words.clone(),
+        |(name, share)| format!("{words} (nearest: `{name}`, {:.0} %)", 100.0 * share),
+    )
+}
+
+/// Share of the gain of a part of the remainder from which its nearest effect has its form.
+const SAME_FORM: f64 = 0.9;
+
+/// The effect that has the form of a part of the remainder.
+fn nearest(part: &Remainder) -> Option<(&str, f64)> {
+    let (name, share) = part.nearest.as_ref()?;
+    (*share >= SAME_FORM).then_some((name, *share))
 }
 
 /// A noise scale factor from which the sentence has it.

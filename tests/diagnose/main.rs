@@ -32,6 +32,7 @@ mod curved;
 mod designs;
 mod each_effect;
 mod errors_of_inputs;
+mod fast_oscillations;
 mod finer_than_bends;
 mod found;
 mod jumps_of_clocks;

@@ -90,3 +90,37 @@ fn an_effect_of_the_library_that_leaves_nothing_is_the_cause() {
         assert!(found.remainder.is_empty(), "{}", told(&found));
     }
 }
+
+/// Noise that is autocorrelated beside the one and the other is no reason to exchange them: a width of its own,
+/// found beside a wave that was not yet in the fit, gains no more than chance.
+#[test]
+fn an_effect_of_the_user_stays_beside_autocorrelated_noise() {
+    let lines = ["cosine", "sine"].map(|name| {
+        format!("{name} = {{ unit = \"rad\", typical = \"0.05 mrad\", scope = \"rig\" }}")
+    });
+    let wave = "turned = 'turned + cosine * cos(2 * motor) + sine * sin(2 * motor)'";
+    let effects = &[PLAY[0], ("wave", &lines.join("\n"), wave)];
+    for (lash, seed) in [(4e-4, 12), (-3e-4, 13), (5e-4, 14)] {
+        let mut stream = Stream(seed);
+        let mut log = String::from(
+            "time [s],motor [rad],motor_rate [rad/s],motor_acceleration [rad/s^2],output [rad]\n",
+        );
+        let mut slow = 0.0;
+        for sample in 0..2400 {
+            let time = 0.02 * f64::from(sample);
+            let [angle, rate, acceleration] = motor(time);
+            slow = 0.7 * slow + 1.6e-5 * stream.normal();
+            let play = 0.5 * lash * (rate / 0.523_598_8).tanh();
+            let read = angle / 100.0 - play + 1.3e-4 * (2.0 * angle + 0.5).cos() + slow;
+            let _ = writeln!(log, "{time:.3},{angle},{rate},{acceleration},{read}");
+        }
+        let measurands = "output = { sigma = \"20 urad\" }";
+        let found = Campaign { model: GEAR, effects, measurands, log }.diagnosed();
+        let row = found.rows.iter().find(|row| row.name == "play");
+        let Some(row) = row else { panic!("{}", told(&found)) };
+        assert_eq!(found.rows.len(), 2, "{}", told(&found));
+        assert!(!found.autocorrelation.is_empty(), "{}", told(&found));
+        let (value, sigma) = (row.values[0].value.unwrap(), row.values[0].sigma.unwrap());
+        assert!((value - lash).abs() < 4.0 * sigma, "{value} ± {sigma} {}", told(&found));
+    }
+}

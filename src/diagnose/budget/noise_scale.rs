@@ -42,14 +42,19 @@ fn differs(linear: &Linear, number: usize, factor: f64) -> bool {
     score.abs() > SCALE && (factor - 1.0).abs() > SCALE_DIFFERENCE
 }
 
-/// Noise scale factors of the white part of the noise of each measurand.
+/// Part of a noise scale factor that counts where the noise is autocorrelated, at least: it may be far larger
+/// than the white noise that is stated, but not by any factor.
+const OF_AUTOCORRELATED: f64 = 0.5;
+
+/// Noise scale factors of the white part of the noise of each measurand, and a part of the whole.
 pub fn white_scale(linear: &Linear, scale: &[f64]) -> Vec<f64> {
     let mut white = scale.to_vec();
     for (part, data) in linear.fitted.problem.parts.iter().enumerate() {
         for (row, noise) in data.gauss_markov.iter().enumerate() {
             let number = linear.sums.first_measurand[part] + data.measurand_of(row);
             if let Some(noise) = noise {
-                white[number] = white[number].min(scale[number] * (1.0 - noise.share()).sqrt());
+                let part = (1.0 - noise.share()).sqrt().max(OF_AUTOCORRELATED);
+                white[number] = white[number].min(scale[number] * part);
             }
         }
         // A run that is so far from the others is no noise, either.

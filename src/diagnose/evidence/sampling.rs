@@ -24,6 +24,8 @@ const CARRIED: f64 = 3.0;
 const SHORT: usize = 10;
 /// Rows that are there of those that an even grid has, at least.
 const PRESENT: f64 = 0.5;
+/// Bins of uneven times, in the shortest intervals.
+const FINE: f64 = 0.25;
 /// How near to a multiple, in parts.
 const NEAR: f64 = 1e-3;
 
@@ -32,6 +34,8 @@ const NEAR: f64 = 1e-3;
 pub(in crate::diagnose) struct Sampling {
     /// Interval and duration (s) of each run that is sampled evenly, run by run.
     runs: Vec<Option<(f64, f64)>>,
+    /// The interval (s) of which all are multiples, if there is one.
+    interval: Option<f64>,
     /// From this frequency (Hz) on every wave is one below it.
     highest: f64,
     /// Half a period of waves below this frequency (Hz) is longer than what was recorded.
@@ -76,6 +80,17 @@ impl Sampling {
         Self { lowest: HALF_PERIOD / longest, carried, ..Self::made(runs) }
     }
 
+    /// Bins (s) for a spectrum, and the highest frequency (Hz) that it has; `None` where that is not known. On
+    /// an even grid a bin is its interval. Times that are uneven carry no more than the shortest intervals do.
+    pub(super) fn bins(&self) -> Option<(f64, f64)> {
+        let shortest = 0.5 * CARRIED / self.carried;
+        let known = match self.interval {
+            Some(interval) => (interval, self.highest),
+            None => (FINE * shortest, 0.5 / shortest),
+        };
+        (known.0 > 0.0 && known.0.is_finite()).then_some(known)
+    }
+
     /// For waves that nobody describes: readings that are far apart at uneven times fit some of the many
     /// frequencies beyond what they carry by chance.
     pub(super) fn of_unknown(self) -> Self {
@@ -84,8 +99,9 @@ impl Sampling {
 
     fn made(runs: Vec<Option<(f64, f64)>>) -> Self {
         let even: Option<Vec<(f64, f64)>> = runs.iter().copied().collect();
-        let highest = even.map_or(f64::INFINITY, |even| highest(&even));
-        Self { runs, highest, lowest: 0.0, carried: f64::INFINITY }
+        let interval = even.and_then(|even| common(&even));
+        let highest = interval.map_or(f64::INFINITY, |interval| 0.5 / interval);
+        Self { runs, interval, highest, lowest: 0.0, carried: f64::INFINITY }
     }
 
     /// Whether a wave of this frequency (Hz) is less than a turn of phase in some run, or one of a
@@ -171,9 +187,8 @@ fn from_multiple(frequency: f64, interval: f64) -> f64 {
     if turns >= 1.0 { (frequency - turns / interval).abs() } else { f64::INFINITY }
 }
 
-/// Half the reciprocal of the longest interval of which all are multiples; infinite where there is
-/// none.
-fn highest(even: &[(f64, f64)]) -> f64 {
+/// The longest interval of which all are multiples, if there is one.
+fn common(even: &[(f64, f64)]) -> Option<f64> {
     let shortest = even.iter().map(|(interval, _)| *interval).fold(f64::INFINITY, f64::min);
     let is_multiple = |parts: f64| {
         even.iter().all(|(interval, _)| {
@@ -182,7 +197,7 @@ fn highest(even: &[(f64, f64)]) -> f64 {
         })
     };
     let parts = (1..=PARTS).map(f64::from).find(|parts| is_multiple(*parts));
-    parts.map_or(f64::INFINITY, |parts| 0.5 * parts / shortest)
+    parts.map(|parts| shortest / parts).filter(|interval| interval.is_finite())
 }
 
 /// Why no member of a family can be tested.

@@ -4,7 +4,8 @@
 //! grid is made from the signatures themselves (`grid`). The constant is left open in one compiled
 //! program, `TOGETHER` members at once: one pass over the readings serves them all. What nominal
 //! parameters absorb is taken off each of few members; of more, off the best by the plain gain. The
-//! best is polished between its neighbours (`best`); coupling between values of different runs is left
+//! best is polished between its neighbours (`best`); of fast oscillations the spectrum of the residuals
+//! has the members to try (`spectrum`); coupling between values of different runs is left
 //! aside. The best is then tested like any other candidate; every member of the grid is paid for,
 //! twice for the polishing. A list of members is looked through in the same way, as it stands.
 
@@ -12,6 +13,7 @@ mod best;
 mod grid;
 mod group;
 mod opened;
+mod spectrum;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -22,6 +24,7 @@ use rayon::prelude::*;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, fitting};
 use crate::diagnose::library::place::Place;
+use crate::diagnose::library::structure::FAST;
 use crate::effect::Members;
 use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
@@ -109,6 +112,8 @@ struct Scan<'a> {
     longest: f64,
     /// Whether its members are no frequencies, periods or time constants.
     is_over_motion: bool,
+    /// Whether they are frequencies of a fast oscillation that no effect describes.
+    is_fast: bool,
 }
 
 /// The first part of the key of what holds together over a run.
@@ -127,6 +132,7 @@ impl<'a> Scan<'a> {
             let all = Sampling::of(problem, family.is_of_runs());
             (if family.place.is_some() { all.of_unknown() } else { all }, lowest)
         });
+        let is_fast = lowest >= FAST && family.place.as_ref().is_some_and(Place::is_oscillation);
         let is_of_time = family.place.as_ref().is_some_and(Place::is_over_time);
         let longest = if is_of_time { longest_period(problem) } else { f64::INFINITY };
         if lowest > longest {
@@ -166,6 +172,7 @@ impl<'a> Scan<'a> {
             sampling,
             longest,
             is_over_motion,
+            is_fast,
         })
     }
 

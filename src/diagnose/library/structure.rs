@@ -24,6 +24,7 @@ use crate::units::{Dimension, Unit};
 use super::candidate::{Candidate, Joined};
 use super::place::{ALL_READINGS, Of, TIME_OF};
 use made::{Block, blocks_over};
+pub(in crate::diagnose) use oscillation::FAST;
 use parameters::of_parameters;
 use readings::{attitudes, errors, of_inputs, readings};
 use sensitivities::without_sensitivities;

@@ -9,7 +9,7 @@ use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::selection::{Ranked, Selection};
 use crate::diagnose::evidence::members::with_best_member;
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::thresholds::ENTER;
+use crate::diagnose::thresholds::{ENTER, OWN_EFFECT, TIE};
 use crate::estimate::batch::FitError;
 
 use super::forward::Refitted;
@@ -64,6 +64,8 @@ impl Search<'_> {
         if !has_blocks && !linear.fitted.problem.has_autocorrelated_noise() {
             return Ok(false);
         }
+        // Chi squared in units of the noise that was found, over that in units of the stated noise.
+        let scaled = self.selection_of(competed).chi_squared(&rows) / linear.fitted.fit.cost;
         for at in 0..self.displaced.len() {
             let Displaced { own, copy, is_tried } = &mut self.displaced[at];
             let is_in_fit = |name: &String| rows.iter().any(|row| linear.terms[*row].name == *name);
@@ -73,6 +75,9 @@ impl Search<'_> {
             *is_tried = true;
             let (own, copy) = (own.clone(), copy.clone());
             let Some((fitted, rows)) = self.with_copy(&own, &copy)? else { continue };
+            if scaled * self.gain_of_copy(&fitted)? < 2.0 * (TIE + OWN_EFFECT.ln()) {
+                continue;
+            }
             let mut scanned = Families::default();
             let other = Linear::new(fitted.clone(), &rows, &self.wanted, true, &mut scanned);
             let Some(other) = other else { continue };
@@ -88,6 +93,15 @@ impl Search<'_> {
             }
         }
         Ok(false)
+    }
+
+    /// What a fit with a copy in the place of a row takes off chi squared, under the noise of the present one.
+    fn gain_of_copy(&self, with: &Fitted) -> Result<f64, FitError> {
+        let mut alike = with.clone();
+        for (part, present) in alike.problem.parts.iter_mut().zip(&self.fitted.problem.parts) {
+            part.gauss_markov.clone_from(&present.gauss_markov);
+        }
+        Ok(self.fitted.fit.cost - alike.again(self.options)?.fit.cost)
     }
 
     /// The fit, and its rows, with a copy in the place of a row, under the noise of the nominal model; of a

@@ -24,6 +24,9 @@ const WORTH: f64 = 0.01;
 /// The best member of a family, and the number of members that it was chosen among.
 pub(super) fn best_member(fitted: &Fitted, family: &Candidate) -> Option<(f64, usize)> {
     let mut scan = Scan::new(fitted, family)?;
+    if scan.is_fast {
+        return scan.best_of_spectrum();
+    }
     let Tried { members, paid, is_coarse } = scan.tried()?;
     let whole = scan.best_of(&members);
     let by_runs = if is_coarse { scan.best_by_runs() } else { None };
@@ -145,7 +148,11 @@ impl Scan<'_> {
     }
 
     /// The best value between two members about the best one, and its gain.
-    fn polished(&self, (mut low, mut high): (f64, f64), mut best: (f64, f64)) -> (f64, f64) {
+    pub(super) fn polished(
+        &self,
+        (mut low, mut high): (f64, f64),
+        mut best: (f64, f64),
+    ) -> (f64, f64) {
         let neighbours = high - low;
         for _ in 0..POLISH {
             // The gain falls by the square of the distance, and to `NEIGHBOURS` at the next.

@@ -9,8 +9,18 @@ use super::made::{Block, made};
 use super::waves::range;
 use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place};
 
-/// An oscillation of all readings from where slow waves end, with phases and strengths of each run's own.
+/// Frequency (Hz) from which an oscillation is looked for in the spectrum of the residuals.
+pub(in crate::diagnose) const FAST: f64 = 10.0;
+/// Frequencies (Hz) from where slow waves end, and fast ones, up to what a campaign's sampling carries.
+const SLOW: (&str, &str) = ("0.1 Hz", "10 Hz");
+const BEYOND: (&str, &str) = ("10 Hz", "100 kHz");
+
+/// Oscillations of all readings, a slow and a fast one, with phases and strengths of each run's own.
 pub(super) fn in_time(model: &Model) -> Vec<Block> {
+    [("", SLOW), ("fast_", BEYOND)].into_iter().filter_map(|own| oscillation(model, own)).collect()
+}
+
+fn oscillation(model: &Model, (kind, range_of): (&str, (&str, &str))) -> Option<Block> {
     let all = &model.measurands;
     let (of, what) = match all.as_slice() {
         [one] => (Of::Measurand(one.name.clone()), format!("`{}`", one.name)),
@@ -41,7 +51,7 @@ pub(super) fn in_time(model: &Model) -> Vec<Block> {
     }
     // Models with other measurands have another family.
     let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
-    let name = format!("unknown_oscillation_{}", names.join("_"));
-    let line = range("unknown_frequency", "Hz", ("0.1 Hz", "10 Hz"));
-    made(&name, &place, (&coefficients, "run"), &line, &patches).into_iter().collect()
+    let name = format!("unknown_{kind}oscillation_{}", names.join("_"));
+    let line = range("unknown_frequency", "Hz", range_of);
+    made(&name, &place, (&coefficients, "run"), &line, &patches)
 }
