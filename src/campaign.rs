@@ -72,6 +72,7 @@ mod encodings;
 mod endings;
 mod expected;
 pub mod file;
+mod foreign;
 pub mod form;
 pub mod formats;
 mod glitches;

@@ -71,7 +71,13 @@ impl Table {
 
     /// Names of the columns, for messages: of many the first.
     pub fn names(&self) -> String {
-        self.origin.names(self.columns[..self.width].iter().map(|column| column.name.as_str()))
+        let own = self.columns[..self.width].iter().map(|column| &column.name);
+        let named = own.map(|name| match self.form.is_unused(name) {
+            true => format!("{name} (`unused`)"),
+            false => name.clone(),
+        });
+        let named: Vec<String> = named.collect();
+        self.origin.names(named.iter().map(String::as_str))
     }
 
     /// Whether messages show nothing of the file.

@@ -71,6 +71,7 @@ impl Loader<'_> {
         let run = format!("no file of run `{}`", entry.name.text);
         self.check_words(&entry.columns, &known, tables, &run);
         for (file, table) in of {
+            self.check_used(file);
             self.check_words(&file.columns, &known, &[table], &format!("`{}`", file.name.text));
         }
         let is_missing = |name: &&str| tables.iter().all(|table| table.column(name).is_none());
@@ -125,35 +126,45 @@ impl Loader<'_> {
         }
     }
 
-    /// Warns of names in `unused` that are none of a column, or of one that the model takes, each once.
-    fn warn_of_wrong_unused(&mut self, table: &Table, tables: &[&Table]) {
-        for name in &table.form.unused {
-            let is_own = |column: &&Column| column.name == *name;
-            let same = tables.iter().filter(|other| other.path == table.path);
-            let mut columns = same.flat_map(|other| other.columns.iter().filter(is_own)).peekable();
-            let why = match (columns.peek().is_some(), columns.any(|one| one.wanted.is_some())) {
-                (false, _) => format!("is no column of `{}`", table.path.display()),
-                (true, true) => format!("is a column that model `{}` takes", self.model.name),
-                (true, false) => continue,
-            };
-            let message = format!("`unused` names `{name}`, which {why}");
+    /// Warns of names in `unused` that are none of a column, each once.
+    fn warn_of_wrong_unused(&mut self, table: &Table) {
+        let is_there = |name: &&String| table.columns.iter().any(|one| one.name == **name);
+        for name in table.form.unused.iter().filter(|name| !is_there(name)) {
+            let file = table.path.display();
+            let message = format!("`unused` names `{name}`, which is no column of `{file}`");
             if self.warned.insert(message.clone()) {
                 self.warnings.push(Diagnostic::warning(message));
             }
         }
     }
 
+    /// Faults words of a file for columns that its `unused` takes away.
+    fn check_used(&mut self, file: &TableEntry) {
+        for word in &file.columns {
+            let stated = word.column.iter().chain(word.added.iter().map(|(column, _)| column));
+            for column in stated.map(ToString::to_string) {
+                if file.form.is_unused(&column) {
+                    let file = &file.name.text;
+                    let message = format!("the column `{column}` of `{file}` is in `unused`, too");
+                    self.reader.fault(word.name.span, message, "keep one of the two entries");
+                }
+            }
+        }
+    }
+
     /// Warns of columns that nothing declares, each once; `missing` are names that no column has.
     fn tell_unused(&mut self, table: &Table, missing: &[&str], tables: &[&Table]) {
-        self.warn_of_wrong_unused(table, tables);
-        // A file may be read twice, as data and as a stream.
-        let is_used = |index: usize| {
+        self.warn_of_wrong_unused(table);
+        // One file may be the data and a stream.
+        let is_used_or_known = |column: &&Column| {
             let mut same = tables.iter().filter(|other| other.path == table.path);
-            same.any(|other| other.columns.get(index).is_some_and(|column| column.wanted.is_some()))
+            same.any(|other| {
+                let own = other.columns.get(column.index);
+                own.is_some_and(|own| own.wanted.is_some()) || other.form.is_unused(&column.name)
+            })
         };
-        let is_known = |column: &&Column| table.form.unused.contains(&column.name);
-        let named = table.columns.iter().filter(|column| column.is_named && !is_known(column));
-        let unused = named.filter(|column| !is_used(column.index));
+        let named = table.columns.iter().filter(|column| column.is_named);
+        let unused = named.filter(|column| !is_used_or_known(column));
         let unused: Vec<_> =
             unused.filter(|column| self.warned.insert(column.name.clone())).collect();
         let Some(first) = unused.first() else { return };

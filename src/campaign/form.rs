@@ -44,7 +44,7 @@ pub struct Form {
     pub missing: Vec<String>,
     /// After which time its stamps begin anew (s).
     pub wraps: Option<f64>,
-    /// Columns that nothing is expected to use: no warning names them.
+    /// Columns that count as not there: nothing uses them, and no warning names them.
     pub unused: Vec<String>,
 }
 
@@ -59,6 +59,11 @@ pub(crate) fn is_missing(stated: &[String], cell: &str) -> bool {
 }
 
 impl Form {
+    /// Whether the column of a name counts as not there.
+    pub(crate) fn is_unused(&self, name: &str) -> bool {
+        self.unused.iter().any(|unused| unused == name)
+    }
+
     /// Reads the keys of a file's form among others.
     pub(crate) fn read(reader: &mut Reader, entries: &[Entry]) -> Self {
         let mut form = Self::default();

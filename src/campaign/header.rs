@@ -42,7 +42,7 @@ pub(crate) fn read(
     form: &Form,
     wanted: &[Wanted],
 ) -> Result<Header, Diagnostics> {
-    let all = Names::of(layout);
+    let all = Names::of(layout, form);
     let header = layout.header.as_ref();
     let (line, text) =
         header.map_or((layout.first.0, &layout.first.1), |header| (header.line, &header.text));

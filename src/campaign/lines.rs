@@ -12,6 +12,7 @@ use flate2::read::MultiGzDecoder;
 use memchr::memchr;
 
 use crate::campaign::encodings::{Decoded, Encoding};
+use crate::campaign::foreign::foreign;
 
 /// The most bytes of one line.
 const MOST_LINE: usize = 1 << 24;
@@ -88,7 +89,7 @@ impl Lines {
     /// The lines of a file.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// It cannot be read, or is no text.
     pub(crate) fn of(file: File) -> io::Result<Self> {
         let count = Arc::default();
         let mut lines = Self::new(open(file, &count)?, BUFFER);
@@ -97,6 +98,9 @@ impl Lines {
             lines.fill()?;
         }
         let head = lines.buffer[..lines.end].to_vec();
+        if let Some(what) = foreign(&head) {
+            return Err(io::Error::other(what));
+        }
         if let Some(encoding) = Encoding::of(&head) {
             let source = std::mem::replace(&mut lines.source, Box::new(io::empty()));
             let whole = io::Cursor::new(head).chain(source);

@@ -148,7 +148,11 @@ impl Loader<'_> {
         match result {
             Ok(value) => return Some(value),
             Err(TableError::Unreadable(message)) => {
-                self.reader.fault(name.span, message, "paths count from the campaign's folder");
+                let help = match self.folder.join(&name.text).exists() {
+                    true => "",
+                    false => "paths count from the campaign's folder",
+                };
+                self.reader.fault(name.span, message, help);
             }
             Err(TableError::Refused(message)) => {
                 self.reader.fault(name.span, message, COPY_INTO_FOLDER);

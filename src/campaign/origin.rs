@@ -64,7 +64,12 @@ impl Origin {
     pub(crate) fn not_utf8(&self, number: usize, line: &[u8]) -> Diagnostic {
         let valid = std::str::from_utf8(line).err().map_or(0, |error| error.valid_up_to());
         let text = String::from_utf8_lossy(line);
-        let place = self.place(number, &text, (valid, valid));
+        // Bytes that are no characters at all say nothing to the reader.
+        let is_shown = !text.contains(|c: char| c.is_control() && !c.is_whitespace());
+        let place = match is_shown {
+            true => self.place(number, &text, (valid, valid)),
+            false => self.place(number, "", (0, 0)),
+        };
         Diagnostic::error("the file is not UTF-8 here").at(place).help("save the file as UTF-8")
     }
 }

@@ -10,6 +10,8 @@ const FAR: f64 = 1e8;
 /// The shared moment is a multiple of so many seconds: runs of one campaign rarely differ in it, and
 /// numbers up to it tell a tenth of a nanosecond apart.
 const GRID: f64 = 1e6;
+/// The longest unit of stamps (s): the day.
+const LONGEST_UNIT: f64 = 86_400.0;
 /// Decimals of a written stamp.
 const DECIMALS: usize = 9;
 
@@ -39,11 +41,17 @@ impl Exact {
         Self { ticks: digits.into(), per_second: 10_i128.pow(count) }
     }
 
-    /// Of a plain decimal number; `None` for anything else, or of a unit that is no decimal part of a
-    /// second.
+    /// Of a plain decimal number; `None` for anything else, or of a unit that is neither a decimal part
+    /// of a second nor whole seconds.
     pub(crate) fn of_number(cell: &str, unit: &Unit) -> Option<Self> {
-        let places = [(1.0, 0), (1e-3, 3), (1e-6, 6), (1e-9, 9)];
-        let (_, unit_places) = places.into_iter().find(|(factor, _)| *factor == unit.factor)?;
+        let places = [(1e-3, 3), (1e-6, 6), (1e-9, 9)];
+        let part = places.into_iter().find(|(factor, _)| *factor == unit.factor);
+        let is_whole = unit.factor.fract() == 0.0 && (1.0..=LONGEST_UNIT).contains(&unit.factor);
+        let (unit_places, seconds) = match part {
+            Some((_, places)) => (places, 1),
+            None if is_whole => (0, unit.factor as i128),
+            None => return None,
+        };
         let (is_negative, digits) = match cell.strip_prefix('-') {
             Some(rest) => (true, rest),
             None => (false, cell.strip_prefix('+').unwrap_or(cell)),
@@ -60,7 +68,7 @@ impl Exact {
         };
         let scale = 10_i128.pow(decimals.len() as u32);
         let ticks = number(whole)? * scale + number(decimals)?;
-        let ticks = if is_negative { -ticks } else { ticks };
+        let ticks = seconds * if is_negative { -ticks } else { ticks };
         Some(Self { ticks, per_second: 10_i128.pow(unit_places) * scale })
     }
 
@@ -123,7 +131,10 @@ mod tests {
             assert_eq!(since(zero, cell, &unit(symbol)), Some(715_524.907_143_168), "{cell}");
         }
         assert_eq!(since(zero, "1.4e9", &unit("s")), None);
-        assert_eq!(since(zero, "24000000", &unit("min")), None);
+        // Unix time in minutes, and a Julian date to 86 ns.
+        assert_eq!(since(zero, "24000000", &unit("min")), Some(37e6));
+        let of_days = since(212_570_000_000, "2460395.123456789012", &unit("d"));
+        assert_eq!(of_days, Some(8_138_666.666_570_637), "{of_days:?}");
         assert_eq!(since(0, "-0.25", &unit("s")), Some(-0.25));
         assert_eq!(written(zero, 715_524.907_143_168), "1403715524.907143168");
         assert_eq!(written(0, 0.1), "0.1");

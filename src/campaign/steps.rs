@@ -5,6 +5,9 @@
 //! jumps that stand by themselves: what goes on before and behind a jump is small against it, and
 //! jumps make up nearly all that the stream moves. The last digit of an encoder jumps like that,
 //! too, but by one and the same little step.
+//!
+//! A logger slower than its file steps at even times, now and then one later; a load that is set
+//! down steps whenever it is. Only the first stays the same quantity between the rows that change.
 
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::model::InputDeclaration;
@@ -22,6 +25,12 @@ const MOSTLY: f64 = 0.9;
 const LARGE: f64 = 0.05;
 /// Nor are jumps whose median is so many times the least.
 const VARIOUS: f64 = 3.0;
+/// Times between the steps of a logger differ from multiples of their median by this part of it, or by
+/// so many rows, at most.
+const UNEVEN: f64 = 0.1;
+const UNEVEN_ROWS: f64 = 1.5;
+/// ... but for this part of them.
+const MOST_UNEVEN: f64 = 0.1;
 
 /// Warns of a stream that goes in steps.
 pub(super) fn steps(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Diagnostic> {
@@ -53,15 +62,39 @@ pub(super) fn steps(input: &InputDeclaration, times: &[f64], values: &[f64]) -> 
         return None;
     }
     let apart: Vec<f64> = places.windows(2).map(|pair| times[pair[1]] - times[pair[0]]).collect();
+    let rows: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let as_column = format!(
+        "give `{name}` without `signal = true`, as a column of the data beside the readings; to keep only the rows in which it changes would make a ramp of each step",
+        name = input.name
+    );
+    let remedy = match are_even(&apart, middle(&apart), middle(&rows)) {
+        true => format!(
+            "its steps come at even times: where a logger slower than the file holds each value, keep only the rows in which `{}` changes; where it steps in truth, {as_column}",
+            input.name
+        ),
+        false => format!(
+            "its steps come at uneven times, as of a load that is set down or a valve that is switched: {as_column}"
+        ),
+    };
     let (name, count) = (&input.name, jumps.len());
     let apart = decimals(middle(&apart), 3);
     let message = format!(
         "the stream of `{name}` goes in steps ({count} of them, {apart} s apart in the median), between which it hardly moves"
     );
     let help = format!(
-        "no curve follows a step, and a delay that rests on it is wrong: where a value was held until the next one came, keep only the rows in which `{name}` changes; where it is a command, log what moved instead"
+        "no curve follows a step, and a delay that rests on it is wrong; {remedy}; where it is a command, log what moved instead"
     );
     Some(Diagnostic::warning(message).help(help))
+}
+
+/// Whether nearly all of these times between steps are multiples of their median.
+fn are_even(apart: &[f64], median: f64, row: f64) -> bool {
+    let most = (UNEVEN * median).max(UNEVEN_ROWS * row);
+    let is_uneven = |own: &&f64| {
+        let multiple = (*own / median).round().max(1.0);
+        (*own - multiple * median).abs() > most
+    };
+    apart.iter().filter(is_uneven).count() as f64 <= MOST_UNEVEN * apart.len() as f64
 }
 
 #[cfg(test)]
@@ -78,7 +111,8 @@ mod tests {
         let mut stream = Stream(3);
         let times: Vec<f64> = (0..2000).map(|n| 0.01 * f64::from(n)).collect();
         let values: Vec<f64> = times.iter().map(|t| value(*t) + noise * stream.normal()).collect();
-        steps(&model.inputs[0], &times, &values).map(|one| one.message)
+        steps(&model.inputs[0], &times, &values)
+            .map(|one| format!("{} {:?}", one.message, one.help))
     }
 
     fn swinging(t: f64) -> f64 {
@@ -93,6 +127,33 @@ mod tests {
         assert!(said.contains("`q` goes in steps") && said.contains("0.200 s apart"), "{said}");
         assert!(told(square, 0.0).is_some());
         assert!(told(square, 1e-4).is_some());
+    }
+
+    /// Of a logger only the rows that change count; of a quantity that steps they would make ramps.
+    #[test]
+    fn the_remedy_is_that_of_the_cause() {
+        let mut stream = Stream(8);
+        for period in [0.137, 0.2, 0.51] {
+            // One value in twenty comes a period later.
+            let late: Vec<bool> = (0..400).map(|_| stream.uniform() < 0.05).collect();
+            let held = |t: f64| {
+                let own = (t / period + 1e-9).floor() as usize;
+                swinging((own - usize::from(late[own] && own > 0)) as f64 * period)
+            };
+            let said = told(held, 0.0).unwrap();
+            assert!(said.contains("even times: where a logger slower"), "{period}: {said}");
+        }
+        for _ in 0..20 {
+            let loads: Vec<(f64, f64)> =
+                (0..9).map(|_| (20.0 * stream.uniform(), stream.uniform())).collect();
+            let set = |t: f64| loads.iter().filter(|(at, _)| *at < t).map(|(_, by)| by - 0.5).sum();
+            if let Some(said) = told(set, 0.0) {
+                assert!(
+                    said.contains("uneven times") && said.contains("without `signal = true`"),
+                    "{said}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::campaign::captured::columns_of;
 use crate::campaign::declared::RunEntry;
+use crate::campaign::header::Column;
 use crate::campaign::loader::Loader;
 use crate::campaign::signal::Track;
 use crate::campaign::table::Table;
@@ -84,7 +85,8 @@ fn columns_found(name: &str, tables: &[&Table]) -> String {
         tables.iter().map(|table| format!("{} in `{}`", table.names(), table.name())).collect();
     let found = format!("columns found: {}", each.join("; "));
     let near = tables.iter().filter(|table| !table.is_outside()).find_map(|table| {
-        let unused = table.columns.iter().filter(|one| one.is_named && one.wanted.is_none());
+        let is_open = |one: &&Column| one.wanted.is_none() && !table.form.is_unused(&one.name);
+        let unused = table.columns.iter().filter(|one| one.is_named).filter(is_open);
         Some((nearest(name, unused.map(|one| one.name.as_str()))?, table.name()))
     });
     match near {

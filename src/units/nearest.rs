@@ -12,6 +12,7 @@ const NAMES: &[(&str, &str)] = &[
     ("minute", "min"),
     ("hour", "h"),
     ("hr", "h"),
+    ("day", "d"),
     ("radian", "rad"),
     ("degree", "deg"),
     ("revolution", "rev"),

@@ -68,6 +68,15 @@ pub fn parse_quantity(text: &str) -> Result<(f64, Unit), UnitError> {
         });
     }
     let unit_text = &rest[length..];
+    let decimals = unit_text.strip_prefix(',').unwrap_or_default();
+    if decimals.starts_with(|c: char| c.is_ascii_digit()) {
+        return Err(UnitError {
+            message: format!("expected a decimal point, found a comma in `{}`", text.trim()),
+            start: lead + length,
+            end: lead + length + 1,
+            help: Some(format!("write \"{}.{}\"", &rest[..length], decimals.trim_end())),
+        });
+    }
     if unit_text.trim_start().starts_with('/') {
         let number = &rest[..length];
         return Err(UnitError {

@@ -196,8 +196,11 @@ fn hostile_files_give_errors() {
         (b"\n\n\r\n".to_vec(), "no header row"),
         (b"# nothing\n".to_vec(), "no header row"),
         (head.as_bytes().to_vec(), "no rows"),
-        (b"\x00\xff\x00\xfe".repeat(5000), "not UTF-8"),
-        (b"\0".repeat(5000), ""),
+        (b"\x00\xff\x00\xfe".repeat(5000), "bytes that are no text"),
+        (b"\0".repeat(5000), "bytes that are no text"),
+        (b"PK\x03\x04\x14\0\x06\0\x08\0\0\0!".repeat(9), "an Excel workbook (.xlsx)"),
+        (b"\x7fELF\x02\x01\x01\0\0\0".to_vec(), "it is a program"),
+        ("{\"time\": 0, \"x\": 1}\n".repeat(9).into_bytes(), "it is JSON"),
         // Decimals of two kinds, in either order; thousands.
         (b"time [s];q [m];q_rate [m/s];x [m]\n0;1,5;1;1\n1;1.5;1;1\n".to_vec(), "decimal commas"),
         (b"time [s];q [m];q_rate [m/s];x [m]\n0;1.5;1;1\n1;1,500;1;1\n".to_vec(), "decimal points"),

@@ -168,16 +168,30 @@ fn unused_columns_give_one_warning_with_the_names_that_may_be_meant() {
 fn wrong_names_in_unused_are_reported() {
     let campaign = CAMPAIGN.replace(
         "data = \"run.csv\"",
-        "data = { file = \"run.csv\", unused = [\"note\", \"nte\", \"x\"] }",
+        "data = { file = \"run.csv\", unused = [\"note\", \"nte\"] }",
     );
     assert_ne!(campaign, CAMPAIGN);
     let found = read(campaign.as_bytes(), b"q [m],x [m],note\n1,1,2\n").unwrap().to_string();
     assert!(found.contains("`unused` names `nte`, which is no column of"), "{found}");
-    assert!(
-        found.contains("`unused` names `x`, which is a column that model `m` takes"),
-        "{found}"
-    );
     assert!(!found.contains("`note`"), "{found}");
+}
+
+/// A column in `unused` counts as not there, also where the model has a name like it.
+#[test]
+fn unused_columns_are_not_there() {
+    let with = |data: &str| CAMPAIGN.replace("data = \"run.csv\"", &format!("data = {{ {data} }}"));
+    let of = |data: &str, table: &str| read(with(data).as_bytes(), table.as_bytes());
+    let table = "q [m],x [m],other [m]\n1,1,2\n";
+    let other = "file = \"run.csv\", unused = [\"q\"], columns = { q = \"other [m]\" }";
+    assert!(of(other, table).unwrap().0.is_empty());
+    // An input that the run states as a constant is none of two.
+    let constant = "file = \"run.csv\", unused = [\"q\", \"other\"] }\ninputs = { q = \"1 m\"";
+    assert!(of(constant, table).unwrap().0.is_empty());
+    let missing = of("file = \"run.csv\", unused = [\"x\"]", table).unwrap_err().to_string();
+    assert!(missing.contains("found q, x (`unused`), other"), "{missing}");
+    let both = "file = \"run.csv\", unused = [\"other\"], columns = { q = \"other [m]\" }";
+    let both = of(both, table).unwrap_err().to_string();
+    assert!(both.contains("the column `other` of `run.csv` is in `unused`, too"), "{both}");
 }
 
 #[test]

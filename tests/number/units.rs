@@ -50,6 +50,8 @@ fn faults_point_at_the_part_meant() {
     let error = parse_quantity("1.5 arcsex").unwrap_err();
     assert_eq!((error.start, error.end), (4, 10));
     assert_eq!(error.help.as_deref(), Some("did you mean `arcsec`?"));
+    let comma = parse_quantity("1,5 mm").unwrap_err();
+    assert_eq!(comma.help.as_deref(), Some("write \"1.5 mm\""));
     assert!(parse_quantity("fast").is_err());
     assert!(parse_quantity("1e999 m").is_err());
     assert!(parse_quantity("").is_err());

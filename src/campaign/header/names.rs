@@ -26,14 +26,14 @@ const MOST_OF_FORMAT: usize = 1000;
 /// Names of a file's columns with the places of their cells, and of the units in them.
 pub(super) struct Names<'a> {
     pub(super) cells: Vec<(&'a str, (usize, usize))>,
-    /// The first column of a name, and the second one if it is not the only one.
+    /// The first column of a name, and the second one if it is not the only one; none of `unused`.
     places: HashMap<&'a str, (usize, Option<usize>)>,
     /// Whether a column may be meant by digits: no row of names says otherwise.
     by_digits: bool,
 }
 
 impl<'a> Names<'a> {
-    pub(super) fn of(layout: &'a Layout) -> Self {
+    pub(super) fn of(layout: &'a Layout, form: &Form) -> Self {
         let Some(header) = &layout.header else {
             let cells = vec![("", (0, 0)); layout.width];
             return Self { cells, places: HashMap::new(), by_digits: true };
@@ -42,7 +42,7 @@ impl<'a> Names<'a> {
         let mut places: HashMap<&str, (usize, Option<usize>)> = HashMap::new();
         for (index, (cell, _)) in cells.iter().enumerate() {
             let name = split(cell).0;
-            if !name.is_empty() {
+            if !name.is_empty() && !form.is_unused(name) {
                 let known = places.entry(name).or_insert((index, None));
                 if known.0 != index {
                     known.1.get_or_insert(index);
@@ -80,6 +80,9 @@ impl<'a> Names<'a> {
             let is_chosen = own.is_some_and(|(index, stated)| stated || has_unit(index));
             let Some(role) = want.role.filter(|_| !is_chosen) else { continue };
             let Some(index) = format.place(role, &names) else { continue };
+            if form.is_unused(names[index]) {
+                continue;
+            }
             if let Some((own, _)) = own {
                 chosen.remove(&own);
             }

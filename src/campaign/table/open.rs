@@ -67,7 +67,8 @@ impl Table {
         let Input { file, is_outside, .. } = files.open(path).map_err(unreadable)?;
         let origin = Origin { file: path.display().to_string().into(), is_outside };
         if is_parquet(path) {
-            return Self::open_parquet(path, file, origin, wanted, skip_bad_rows);
+            let form = Form { unused: form.unused.clone(), ..Form::default() };
+            return Self::open_parquet(path, file, origin, (&form, wanted), skip_bad_rows);
         }
         let content = |faults| TableError::Content(origin.faults(faults));
         let mut source = Lines::of(file).map_err(unreadable)?;
@@ -138,7 +139,7 @@ impl Table {
         path: &Path,
         _: File,
         _: Origin,
-        _: &[Wanted],
+        _: (&Form, &[Wanted]),
         _: bool,
     ) -> Result<Self, TableError> {
         Err(TableError::Unreadable(format!(
@@ -153,14 +154,14 @@ impl Table {
         path: &Path,
         file: File,
         origin: Origin,
-        wanted: &[Wanted],
+        (form, wanted): (&Form, &[Wanted]),
         skip: bool,
     ) -> Result<Self, TableError> {
         let content = |faults| TableError::Content(origin.faults(faults));
         let mut rows = Rows::of(path, file).map_err(TableError::Unreadable)?;
         let layout = Layout::of_names(&rows.names());
         let Header { columns, .. } =
-            header::read(&origin, &layout, &Form::default(), wanted).map_err(content)?;
+            header::read(&origin, &layout, form, wanted).map_err(content)?;
         let read = columns.iter().filter(|column| column.wanted.is_some());
         rows.want(read.map(|column| column.index).collect()).map_err(|(column, found)| {
             let message = format!("the column `{}` holds {found}", columns[column].name);
@@ -169,7 +170,7 @@ impl Table {
             content(fault.into())
         })?;
         let source = Source::Parquet(Box::new(rows));
-        Ok(Self::new(path, origin, &Form::default(), columns, layout, source, skip))
+        Ok(Self::new(path, origin, form, columns, layout, source, skip))
     }
 }
 
