@@ -108,6 +108,7 @@ mod roles;
 mod row;
 pub mod run;
 pub mod samples;
+mod sexagesimal;
 mod sigmas;
 pub mod signal;
 mod smoothing;

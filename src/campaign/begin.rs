@@ -12,6 +12,7 @@
 //! | `pose` | which columns are a pose in a plane |
 //! | `guess`, `log` | what the columns seem to be; a file with that |
 //! | `fitted` | the columns that a model of the library, or a stated one, takes |
+//! | `alike` | which columns of two logs are called alike |
 //! | `models`, `planar` | models to begin with, where none of the library fits |
 //! | `reckoned`, `turns` | the bend of a path of dead reckoning; the scale between two headings |
 //! | `word` | a column as a campaign names it |
@@ -20,6 +21,7 @@
 //! | `text` | lines of the campaign |
 //! | `unused` | which columns nothing takes, and why |
 
+mod alike;
 mod axis_columns;
 mod candidate;
 mod fitted;

@@ -18,6 +18,7 @@ impl Table {
                 wanted: Some(name),
                 unit: want.map_or_else(Unit::one, |want| want.unit.clone()),
                 is_unit_in_header: false,
+                is_sexagesimal: false,
                 index: computation.sources.first().copied().unwrap_or(0),
                 values: Vec::new(),
             });

@@ -14,6 +14,7 @@ use crate::campaign::form::Form;
 use crate::campaign::formats::{Format, Role, ahead_of_utc, unit_since_1970};
 use crate::campaign::origin::Origin;
 use crate::campaign::recognise::layout::Layout;
+use crate::campaign::sexagesimal;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::units::Unit;
 use faults::{no_header, no_stamp};
@@ -130,6 +131,7 @@ pub(crate) fn read(
             wanted: None,
             unit: Unit::one(),
             is_unit_in_header: unit.is_some_and(|(text, _)| is_known(text)),
+            is_sexagesimal: false,
             index,
             values: Vec::new(),
         };
@@ -160,6 +162,22 @@ pub(crate) fn read(
             }
             let (stated, unit) =
                 if is_dated { (Some(Unit::second()), None) } else { (stated, unit) };
+            let may_be_angle = is_source || want.unit.is_angle();
+            column.is_sexagesimal = may_be_angle && layout.has_degrees(index);
+            let (stated, unit) = match column.is_sexagesimal {
+                true => {
+                    let name = origin.word(&column.name);
+                    match sexagesimal::unit_of(&name, unit.map(|one| one.0), stated.as_ref()) {
+                        Ok(degree) => (Some(degree), None),
+                        Err(fault) => {
+                            faults.push(fault.at(at(*span)));
+                            columns.push(column);
+                            continue;
+                        }
+                    }
+                }
+                false => (stated, unit),
+            };
             let is_without = !is_source && stated.is_none() && unit.is_none();
             let is_stamp = want.role == Some(Role::Time(0)) && is_without;
             if let Some(word) = no_stamp(layout, form, index).filter(|_| is_stamp) {

@@ -10,6 +10,7 @@ use crate::campaign::header::Column;
 use crate::campaign::origin::Origin;
 use crate::campaign::preamble::is_comment;
 use crate::campaign::repeats::{Cause, RowFault};
+use crate::campaign::sexagesimal::{EXPECTED, degrees};
 use crate::campaign::stamp_columns::StampColumns;
 use crate::campaign::wraps::Wraps;
 use crate::diagnostic::{self, Diagnostic};
@@ -213,6 +214,7 @@ impl Reader {
             return true;
         }
         let number = self.decimal.number(cell, self.separator);
+        let number = number.or_else(|| degrees(cell).filter(|_| column.is_sexagesimal));
         let si = number.map_or(f64::NAN, |number| column.unit.to_si(number));
         let is_finite = if self.stamp.has(index) {
             (number.is_none() || si.is_finite()) && self.part(cell, number, column).is_some()
@@ -271,6 +273,7 @@ impl Reader {
                 continue;
             }
             let value = self.decimal.number(cell, self.separator);
+            let value = value.or_else(|| degrees(cell).filter(|_| column.is_sexagesimal));
             match value.map(|value| (value, column.unit.to_si(value))) {
                 Some((value, si)) if !si.is_finite() => {
                     let what = not_finite(&self.origin.word(cell), value, column).at(at);
@@ -368,6 +371,7 @@ impl Reader {
                 what.help("the numbers of this file have decimal points, this one has a comma")
             }
             _ if is_stamp => what.help(FORMS),
+            _ if column.is_sexagesimal || degrees(cell).is_some() => what.help(EXPECTED),
             _ if matches!(cell, "+" | "-" | "±") => {
                 what.help("a sign alone is no number: write 1 for `+` and -1 for `-` in the file")
             }

@@ -7,6 +7,7 @@ mod folder;
 mod stream;
 
 mod begin;
+mod begin_alike;
 mod begin_planar;
 mod begin_stops;
 mod campaign;
@@ -26,6 +27,7 @@ mod outside_streams;
 mod parquet;
 mod preambles;
 mod recorded;
+mod sexagesimal;
 mod spline;
 mod stamps_and_formulas;
 mod stamps_in_columns;

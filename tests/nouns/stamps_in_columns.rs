@@ -147,9 +147,10 @@ fn poses(every: u64) -> String {
             (NOON * 1_000_000_000 + n * every * 110_000_017, 0.01 * (n * every) as f64);
         let (sec, nanosec) = (ns / 1_000_000_000, ns % 1_000_000_000);
         format!(
-            "{sec},{nanosec},map,{:.6},{:.6},0.5,0.0,0.0,{:.6},{:.6}",
+            "{sec},{nanosec},map,{:.6},{:.6},{:.6},0.0,0.0,{:.6},{:.6}",
             turn.sin(),
             turn.cos(),
+            0.5 + 0.1 * (2.0 * turn).cos(),
             turn.sin(),
             turn.cos()
         )

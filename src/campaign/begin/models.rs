@@ -1,12 +1,12 @@
 //! Models to begin with, where none of the library fits: columns in pairs.
 
+use crate::campaign::begin::alike::{Pair, alike, identifier, moving, name_of};
 use crate::campaign::begin::candidate::{Candidate, base};
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::neighbours::Inputs;
 use crate::campaign::begin::scatter::Sigma;
 use crate::campaign::begin::text::Table;
 use crate::campaign::begin::word::{Word, quoted};
-use crate::model::name;
 use crate::statistics::{robust, upper_median};
 
 /// A model that was made, and the columns that it takes.
@@ -29,98 +29,6 @@ pub(super) fn tables(data: (&Log, Vec<Word>), stream: (&Log, Vec<Word>)) -> Vec<
 
 /// The columns of pairs.
 const ALIKE: &str = "columns of one kind that are called alike";
-
-/// Words for what was asked for, and for what came of it, in one log.
-const ASKED: [&str; 17] = [
-    "sent",
-    "cmd",
-    "command",
-    "ref",
-    "reference",
-    "set",
-    "setpoint",
-    "desired",
-    "target",
-    "goal",
-    "star",
-    "true",
-    "truth",
-    "nominal",
-    "catalogue",
-    "catalog",
-    "planned",
-];
-const CAME: [&str; 15] = [
-    "reported",
-    "meas",
-    "measured",
-    "act",
-    "actual",
-    "read",
-    "state",
-    "feedback",
-    "fb",
-    "enc",
-    "encoder",
-    "obs",
-    "observed",
-    "tel",
-    "instrument",
-];
-
-/// What a name says beside words for what was asked for and what came of it.
-fn stem(name: &str, words: &[&str]) -> Option<String> {
-    let base = base(name).0;
-    let parts: Vec<&str> = base.split(['_', '.', ' ']).collect();
-    let rest: Vec<&str> = parts.iter().copied().filter(|part| !words.contains(part)).collect();
-    (rest.len() < parts.len()).then(|| rest.join("_"))
-}
-
-/// Columns of both files that are called alike, or of one log those asked for and those that came:
-/// the name, the reading, and what it is read of.
-fn alike(data: &Log, stream: &Log) -> Vec<Pair> {
-    let is_one_log = std::ptr::eq(data, stream);
-    let own_key = |name: &str| {
-        let is_asked = is_one_log && stem(name, &ASKED).is_some();
-        (!is_asked).then(|| stem(name, &CAME).unwrap_or_else(|| base(name).0))
-    };
-    let other_key = |name: &str| match is_one_log {
-        true => stem(name, &ASKED),
-        false => Some(stem(name, &ASKED).unwrap_or_else(|| base(name).0)),
-    };
-    let mut found = Vec::new();
-    for own in moving(data) {
-        // A number is no name: columns of two files without header have nothing in common.
-        let Some(own_name) = name_of(data, &own) else { continue };
-        let Some(own_key) = own_key(own_name) else { continue };
-        let other = moving(stream).into_iter().find(|other| {
-            name_of(stream, other).and_then(other_key).as_ref() == Some(&own_key)
-                && other.unit.dimension == own.unit.dimension
-        });
-        found.extend(other.map(|other| Pair { name: identifier(&own_key), own, other }));
-    }
-    found
-}
-
-/// A reading and what it is read of.
-struct Pair {
-    name: String,
-    own: Candidate,
-    other: Candidate,
-}
-
-/// The columns of a log that move.
-fn moving(log: &Log) -> Vec<Candidate> {
-    let guess = &log.guess;
-    let poses = guess.position.iter().flatten().chain(guess.attitude.iter().flatten());
-    poses.chain(&guess.heading).chain(&guess.others).cloned().collect()
-}
-
-/// The name of a column, if it has one.
-fn name_of<'l>(log: &'l Log, one: &Candidate) -> Option<&'l str> {
-    let column = &log.survey.columns[one.column];
-    column.is_named.then_some(column.name.as_str())
-}
 
 /// Columns of both files that are called alike, or of one log those asked for and those that came.
 pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
@@ -277,16 +185,5 @@ impl Parts {
             self.parameters,
             self.measurands
         )
-    }
-}
-
-/// A name of a model.
-fn identifier(text: &str) -> String {
-    let plain: String =
-        text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    let plain = plain.trim_matches('_');
-    match name::fault_of(plain) {
-        None if !plain.is_empty() => plain.to_owned(),
-        _ => format!("c_{plain}"),
     }
 }

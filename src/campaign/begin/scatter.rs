@@ -93,7 +93,13 @@ impl Sigma {
                 || word.name.strip_prefix(measurand).is_some_and(|rest| rest.starts_with('_'))
         };
         let own = words.iter().filter(is_own).filter(|word| word.name != TIME);
-        let all = own.map(|word| {
+        let varies = |word: &&Word| log.survey.columns[word.candidate.column].range() > 0.0;
+        if own.clone().next().is_some() && !own.clone().any(|word| varies(&word)) {
+            let why = "all of its readings are the same: nothing shows the noise";
+            let measurand = measurand.to_owned();
+            return Some(Self { measurand, value: None, unit: unit.clone(), why });
+        }
+        let all = own.filter(varies).map(|word| {
             let (scatter, why) = size(&log.survey.columns[word.candidate.column])?;
             // The angle of a rotation is two times that of its quaternion.
             let times = if word.name == measurand { 1.0 } else { 2.0 };

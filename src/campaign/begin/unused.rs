@@ -23,17 +23,20 @@ pub(super) fn list(logs: [&Log; 2], tables: &mut [Table], takes: &str) -> Vec<St
         let columns = log.survey.columns.iter().enumerate();
         let unused = columns.filter(|(at, column)| column.is_named && !used.contains(at));
         let unused: Vec<&str> = unused.map(|(_, column)| column.name.as_str()).collect();
+        if unused.is_empty() {
+            continue;
+        }
+        let names = listed(unused.iter().copied(), MOST_NAMES, "`");
+        lines.push(format!("not used of `{}`: {names}; the model takes {takes}", path.display()));
         // Where a column is to be chosen, any may be used.
         let mut own = tables.iter().filter(|table| table.path == *path);
-        if unused.is_empty() || own.any(|table| !table.open.is_empty()) {
+        if own.any(|table| !table.open.is_empty()) {
             continue;
         }
         let all: Vec<String> = unused.iter().map(|name| quoted(name)).collect();
         let key = format!("unused = [{}],   # the model takes {takes}", all.join(", "));
         let own = tables.iter_mut().filter(|table| table.path == *path);
         own.for_each(|table| table.unused = Some(key.clone()));
-        let names = listed(unused.iter().copied(), MOST_NAMES, "`");
-        lines.push(format!("not used of `{}`: {names}; the model takes {takes}", path.display()));
     }
     lines
 }

@@ -16,6 +16,8 @@ pub struct Column {
     pub unit: Unit,
     /// Whether the header states it.
     pub is_unit_in_header: bool,
+    /// Whether its cells are degrees, minutes and seconds.
+    pub is_sexagesimal: bool,
     /// Number of the column, from 0.
     pub index: usize,
     /// Values in SI, NaN where missing; empty where it is not wanted.

@@ -6,6 +6,7 @@
 use crate::campaign::calendar::{Calendar, seeming};
 use crate::campaign::dialect::{Cell, Separator, cells, names};
 use crate::campaign::form::Form;
+use crate::campaign::sexagesimal::degrees;
 
 /// The header row of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -85,6 +86,12 @@ impl Layout {
     /// A cell of the first row.
     pub(crate) fn first_cell(&self, index: usize) -> Option<&str> {
         cells(self.rows.first()?, self.separator).nth(index).map(|(cell, _)| cell)
+    }
+
+    /// Whether the first rows have degrees, minutes and seconds in a column.
+    pub(crate) fn has_degrees(&self, index: usize) -> bool {
+        let cell = |row| cells(row, self.separator).nth(index).map(|(cell, _)| cell);
+        self.rows.iter().any(|row| cell(row).and_then(degrees).is_some())
     }
 
     /// The time of day behind a date, or the date before a time of day, by the first row.
