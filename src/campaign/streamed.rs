@@ -5,7 +5,9 @@ use crate::campaign::declared::RunEntry;
 use crate::campaign::delay_range::DelayRange;
 use crate::campaign::signal::Track;
 use crate::campaign::spline::{Spline, mean_spacing};
-use crate::campaign::time_units::{Stamps, covered_in_parts, other_unit, other_unit_since_1970};
+use crate::campaign::time_units::{
+    Stamps, counted_in, covered_in_parts, other_unit, other_unit_since_1970,
+};
 use crate::diagnostic::{Diagnostic, Span, decimals};
 use crate::model::InputDeclaration;
 use crate::units::decimal;
@@ -126,6 +128,13 @@ impl Streamed {
         let times = (last - first) / (to - from);
         if let Some((doubt, remedy)) = other_unit(&self.stamps, times).filter(|_| times > 0.0) {
             return format!("; {doubt} {remedy}");
+        }
+        let spacing = (last - first) / self.counts.1 as f64;
+        let of_streams = ((from, to), self.spacing);
+        if let Some(words) = counted_in(&self.stamps, (self.samples, spacing), of_streams) {
+            let apart =
+                if are_apart { far_clocks((first, last), (from, to)) } else { String::new() };
+            return format!("; {words}{apart}");
         }
         // Most of the samples would be within the streams.
         if 2.0 * (last.min(to) - first.max(from)) > last - first {

@@ -4,6 +4,7 @@
 //! It reads no file and changes no time.
 
 use crate::campaign::declared::RunEntry;
+use crate::campaign::dialect::cells;
 use crate::campaign::formats::unit_since_1970;
 use crate::campaign::header::{TIME, split};
 use crate::campaign::spline::{Smoothing, mean_spacing};
@@ -40,6 +41,8 @@ pub(crate) struct Stamps {
     lasts: f64,
     /// The first one (s).
     first: Option<f64>,
+    /// Whether the first rows have whole numbers.
+    are_counts: bool,
 }
 
 impl Stamps {
@@ -53,8 +56,8 @@ impl Stamps {
         let data = entry.data.as_ref().map(|one| one.name.text.clone());
         let file = stream.clone().or(data)?;
         let streams = stream.map(|_| streams.by_ref().collect());
-        let cells = table.layout.header.as_ref().map(|header| header.names()).unwrap_or_default();
-        let stated = cells.get(column.index).and_then(|(cell, _)| split(cell).1);
+        let names = table.layout.header.as_ref().map(|header| header.names()).unwrap_or_default();
+        let stated = names.get(column.index).and_then(|(cell, _)| split(cell).1);
         let is_sum = table.columns.iter().any(|one| one.wanted.as_deref() == Some(ADDED));
         let named = match column.is_named {
             true => Ok(column.name.clone()),
@@ -64,6 +67,12 @@ impl Stamps {
             [first, .., last] => last - first,
             _ => f64::NAN,
         };
+        let layout = &table.layout;
+        let is_count = |row: &String| {
+            let cell = cells(row, layout.separator).nth(column.index);
+            let number = cell.and_then(|(cell, _)| cell.parse::<f64>().ok());
+            number.is_some_and(|number| number.fract() == 0.0)
+        };
         Some(Self {
             file,
             streams,
@@ -72,6 +81,7 @@ impl Stamps {
             unit: column.unit.clone(),
             lasts,
             first: table.first_stamp(),
+            are_counts: layout.rows.len() > 2 && layout.rows.iter().all(is_count),
         })
     }
 
@@ -145,6 +155,40 @@ pub(super) fn other_unit(stamps: &[Stamps], times: f64) -> Option<(String, Strin
         files.join(" and ")
     );
     Some((doubt, each.join(", ")))
+}
+
+/// What to do where samples, from and to these times (s) and so far apart, lie outside streams, and would
+/// lie within them, about as dense, if whole numbers counted a smaller unit than stated.
+pub(super) fn counted_in(
+    stamps: &[Stamps],
+    (samples, spacing): ((f64, f64), f64),
+    (streams, of_streams): ((f64, f64), f64),
+) -> Option<String> {
+    let within = |(first, last): (f64, f64), (from, to)| from <= first && last <= to;
+    let by = |(from, to): (f64, f64), size: f64| (from / size, to / size);
+    let apart = |spacing: f64, of_streams: f64| (spacing / of_streams).ln().abs();
+    let are_data = |one: &Stamps, size: f64| {
+        one.streams.is_none()
+            && within(by(samples, size), streams)
+            && apart(spacing / size, of_streams) < apart(spacing, of_streams)
+    };
+    let are_streams = |one: &Stamps, size: f64| {
+        one.streams.is_some()
+            && within(samples, by(streams, size))
+            && apart(spacing, of_streams / size) < apart(spacing, of_streams)
+    };
+    let counts = stamps.iter().filter(|one| one.are_counts);
+    counts.flat_map(|one| UNITS[1..].iter().map(move |(size, _)| (one, *size))).find_map(
+        |(one, size)| {
+            let is_meant = are_data(one, size) || are_streams(one, size);
+            let unit = one.smaller(size).filter(|_| is_meant)?;
+            Some(format!(
+                "in {unit} the whole numbers of `{}` would be times within the streams: {}",
+                one.file,
+                one.read_in(unit)
+            ))
+        },
+    )
 }
 
 /// The part of samples, from `first` to `last`, that streams from `from` to `to` would cover if their times

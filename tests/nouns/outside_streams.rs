@@ -109,6 +109,28 @@ fn a_stream_that_lasts_a_thousand_times_as_long_is_doubtful() {
     assert!(!day(-30_000.0, 100.0).contains("are the times of"));
 }
 
+/// A log in ms under `[s]` that is a part of the stream, at its beginning or within it.
+#[test]
+fn whole_numbers_that_would_be_within_the_stream_are_in_ms() {
+    for first in [0, 1000, 20_000] {
+        let folder = written(&[Run::default()]);
+        let row = |n: i32| format!("{},{:.6}\n", first + 100 * n, f64::from(n).sin());
+        let rows: String = (0..150).map(row).collect();
+        std::fs::write(folder.join("a.csv"), format!("time [s],x [m]\n{rows}")).unwrap();
+        let found = faults(&folder);
+        assert!(found.contains("in ms the whole numbers of `a.csv` would be times"), "{found}");
+        edit(&folder, "a.csv", "time [s]", "time [ms]");
+        assert_eq!(faults(&folder), "");
+        // Seconds of a clock that is far ahead.
+        let row =
+            |n: i32| format!("{:.1},{:.6}\n", 3000.0 + 0.1 * f64::from(n), f64::from(n).sin());
+        let rows: String = (0..150).map(row).collect();
+        std::fs::write(folder.join("a.csv"), format!("time [s],x [m]\n{rows}")).unwrap();
+        let found = faults(&folder);
+        assert!(found.contains("write delay_range") && !found.contains("in ms"), "{found}");
+    }
+}
+
 #[test]
 fn a_unit_that_the_campaign_states_is_corrected_for_one_file() {
     let stream = ("plc.csv", "t,place [m]");
