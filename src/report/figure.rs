@@ -100,14 +100,27 @@ pub fn uncertainty_of(value: f64, sigma: f64, declared: &Unit) -> String {
 /// How large a difference is (a root mean square, a scatter), in its own readable unit, to two
 /// digits.
 pub fn size(size: f64, declared: &Unit) -> String {
+    let declared = declared.of_differences();
+    let unit = if size == 0.0 { declared } else { readable(size, &declared) };
+    size_in(size, &unit)
+}
+
+/// Sizes of one quantity, all in the unit in which the smallest is read.
+pub fn sizes<const N: usize>(sizes: [Option<f64>; N], declared: &Unit) -> [String; N] {
+    let declared = declared.of_differences();
+    let some = sizes.iter().flatten().copied().filter(|size| *size > 0.0 && size.is_finite());
+    let unit = some.reduce(f64::min).map_or(declared.clone(), |least| readable(least, &declared));
+    sizes.map(|size| size.map_or_else(|| "-".to_owned(), |size| size_in(size, &unit)))
+}
+
+/// A size in this unit, to two digits.
+fn size_in(size: f64, unit: &Unit) -> String {
     if !size.is_finite() {
         return "not determined".to_owned();
     }
-    let declared = declared.of_differences();
     if size == 0.0 {
-        return with_symbol("0".to_owned(), &declared.symbol);
+        return with_symbol("0".to_owned(), &unit.symbol);
     }
-    let unit = readable(size, &declared);
     let scaled = size / unit.factor;
     let text = if (SHORT..1e6).contains(&scaled) {
         format!("{scaled:.*}", decimals(scaled))
@@ -143,19 +156,17 @@ pub fn measured(amount: f64, sigma: f64, declared: &Unit) -> String {
     with_symbol(pair, &unit.symbol)
 }
 
-/// The unit in which a size is read: a small one in µrad for rad, µm/h for m/s and µrad/m/h for
-/// rad/m/s, µs/(rad/s) for s/(rad/s), others as declared.
-pub fn unit_for(size: f64, declared: &Unit) -> Unit {
+/// The unit in which a size is read: a small one in ppm for 1, µrad for rad, µm/h for m/s and µrad/m/h
+/// for rad/m/s, µs/(rad/s) for s/(rad/s), others as declared.
+fn unit_for(size: f64, declared: &Unit) -> Unit {
     let symbol = declared.symbol.as_str();
     let base = symbol.strip_suffix("/s").filter(|base| !base.ends_with("/s"));
-    let rate = base.is_some_and(|base| base == "1" || takes_prefix(base));
+    let rate = base.is_some_and(takes_prefix);
     let size = (size / declared.factor).abs();
     if size >= 1e-3 || size == 0.0 || !size.is_finite() {
         return declared.clone();
     }
     let symbol = match base.filter(|_| rate).unwrap_or(symbol) {
-        "1" if rate && size < SLOW => "ppm/h".to_owned(),
-        "1" if rate => "ppm/s".to_owned(),
         "1" => "ppm".to_owned(),
         base if rate && size < SLOW => format!("µ{base}/h"),
         _ if takes_prefix(symbol) => format!("µ{symbol}"),
@@ -268,11 +279,21 @@ mod tests {
         assert_eq!(shown(2e-5, 1e-6, "m/s"), "20.0 ± 1.0 µm/s");
         assert_eq!(shown(-7e-12, 2.2e-11, "rad/m/s"), "-0.025 ± 0.079 µrad/m/h");
         assert_eq!(shown(2e-5, 1e-6, "rad/m"), "20.0 ± 1.0 µrad/m");
-        assert_eq!(shown(3e-9, 5e-10, "1/s"), "10.8 ± 1.8 ppm/h");
-        assert_eq!(shown(-4e-5, 2e-6, "1/s"), "-40.0 ± 2.0 ppm/s");
+        // A rate of decay is no part of a million a second.
+        assert_eq!(shown(-4e-5, 2e-6, "1/s"), "(-4.00 ± 0.20)e-5 1/s");
+        assert_eq!(shown(3e-9, 5e-10, "ppm/h"), "10.8 ± 1.8 ppm/h");
         assert_eq!(shown(-4e-5, 2e-6, "1"), "-40.0 ± 2.0 ppm");
         assert_eq!(shown(4.712389e-5, 7.853982e-6, "mgon"), "3.00 ± 0.50 mgon");
         assert_eq!(shown(0.0, 0.5, "rad"), "0.00 ± 0.50 rad");
         assert_eq!(shown(25.3e-6, 0.0, "s"), "25.3000 µs (fixed)");
+    }
+
+    #[test]
+    fn sizes_of_one_quantity_have_one_unit() {
+        let shown =
+            |all: [f64; 3], symbol: &str| sizes(all.map(Some), &Unit::parse(symbol).unwrap());
+        assert_eq!(shown([5e-3, 1.1e-5, 2.4e-5], "1"), ["5000 ppm", "11 ppm", "24 ppm"]);
+        assert_eq!(shown([0.02, 4e-5, 0.0], "1/s"), ["0.020 1/s", "4.0e-5 1/s", "0 1/s"]);
+        assert_eq!(sizes([Some(2e-3), None], &Unit::one()), ["0.0020", "-"]);
     }
 }

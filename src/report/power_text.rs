@@ -31,6 +31,10 @@ pub fn text(title: &str, power: &Power) -> String {
 }
 
 fn delays(power: &Power) -> String {
+    // Where nothing moves all of them are held.
+    if power.delays.iter().all(|one| one.sigma == Some(0.0)) {
+        return String::new();
+    }
     let second = Unit::coherent(Dimension::TIME);
     let mut rows = table(&["delay of", "u (k=1)"]);
     for shared in power.delays.chunk_by(|a, b| a.parameter == b.parameter) {
@@ -50,18 +54,14 @@ fn sizes(power: &Power, state: State, line: &str) -> String {
     }
     let mut rows = table(&["effect", "typical", "MDB", "MIB", "shifts a delay by"]);
     for row in &of_state {
-        let unit = figure::unit_for(row.typical.unwrap_or(1.0), &row.unit);
-        let size = |size: Option<f64>| {
-            let shown = |size| figure::size(size, &unit);
-            size.map_or_else(|| "-".to_owned(), shown)
-        };
+        let sizes = [row.typical, row.detectable, row.identifiable];
+        let [typical, detectable, identifiable] = figure::sizes(sizes, &row.unit);
         let worst = row.shifts.iter().max_by(|a, b| a.1.total_cmp(&b.1));
         let shift = worst.map_or_else(
             || "-".to_owned(),
             |(delay, shift)| format!("{} ({delay})", figure::size(*shift, &second)),
         );
-        let (detectable, identifiable) = (size(row.detectable), size(row.identifiable));
-        rows.add_row([row.name.clone(), size(row.typical), detectable, identifiable, shift]);
+        rows.add_row([row.name.clone(), typical, detectable, identifiable, shift]);
     }
     align_right(&mut rows, &[1, 2, 3]);
     let drawn = drawn(&rows);
