@@ -98,11 +98,11 @@ impl CalibrateCommand {
                 output::json(&value)?;
             }
             Format::Text => {
-                let text = report::text::calibration(&loaded.title, &result);
+                let mistaken = report::conventions::text_for(mistaken.as_ref(), runs);
+                let text = report::text::calibration_with(&loaded.title, &result, &mistaken);
                 let text = text + &report::smoothing::text_of_bias(&biases);
                 let text = text + &report::members::text(&chosen);
-                let text = text + &report::minima::text(&result, &others);
-                output::text(&(text + &report::conventions::text_for(mistaken.as_ref(), runs)))?;
+                output::text(&(text + &report::minima::text(&result, &others)))?;
             }
         }
         if let Some(folder) = &self.common.out {

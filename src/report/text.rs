@@ -37,8 +37,15 @@ pub const NOTHING_MOVES: &str =
 
 /// The result of `calibrate`.
 pub fn calibration(title: &str, result: &Calibration) -> String {
+    calibration_with(title, result, "")
+}
+
+/// The same with a paragraph on conventions that may have been mistaken: it comes before the values, which
+/// hold only without such a mistake.
+pub fn calibration_with(title: &str, result: &Calibration, mistaken: &str) -> String {
     let mut text = format!("{title}\n\n");
     text.push_str(&fit(result));
+    text.push_str(mistaken);
     if !result.problem.moves() {
         text.push_str(&format!("{NOTHING_MOVES}\n"));
     }
