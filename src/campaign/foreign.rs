@@ -45,9 +45,9 @@ const OF_JSON: &str = "write the table as CSV: a row of names with units, `time 
 
 /// What a file is that begins with these bytes, and what to do about it; `None` for a table of text.
 pub(crate) fn foreign(head: &[u8]) -> Option<String> {
-    let says = |what: &str, remedy: &str| Some(format!("it is {what}, no table of text; {remedy}"));
+    let is = |what: &str, remedy: &str| Some(format!("it is {what}, no table of text; {remedy}"));
     if let Some((_, what, remedy)) = KINDS.iter().find(|(first, ..)| head.starts_with(first)) {
-        return says(what, remedy);
+        return is(what, remedy);
     }
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
     let line = text.split(|byte| *byte == b'\n').next().unwrap_or_default().trim_ascii();
@@ -56,7 +56,7 @@ pub(crate) fn foreign(head: &[u8]) -> Option<String> {
     if then(b'{').is_some_and(is_object)
         || then(b'[').is_some_and(|rest| rest.first() == Some(&b'{'))
     {
-        return says("JSON", OF_JSON);
+        return is("JSON", OF_JSON);
     }
     let is_wide = matches!(Encoding::of(head), Some(Encoding::Utf16Low | Encoding::Utf16High));
     let has_zero = head.iter().take(TEXT).any(|byte| *byte == 0);

@@ -25,8 +25,7 @@ impl Loader<'_> {
         let captured = data.values(&input.name).is_some();
         if usize::from(constant.is_some()) + usize::from(captured) + streams.len() > 1 {
             let message = format!("run `{}` has `{}` twice", entry.name.text, input.name);
-            let help =
-                "it is a column of the data, of one stream, or a constant of the run: keep one";
+            let help = "it is a column of the data, of one stream, or a constant of the run: keep one (`unused` beside `file` takes a column away)";
             self.reader.fault(entry.name.span, message, help);
             return Track::Absent;
         }

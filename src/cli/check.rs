@@ -1,5 +1,6 @@
 //! `homepoint check`: models, effects and campaigns are read and checked; nothing is computed.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -14,16 +15,18 @@ use crate::document::files::Files;
 use crate::effect::Effect;
 use crate::engine::Part;
 use crate::engine::open::{Recipe, Request, open};
-use crate::engine::switched_off::remains_alone;
+use crate::engine::switched_off::{remains_alone, without_slope};
 use crate::estimate::checks;
 use crate::library::Library;
 use crate::model::{Model, Override};
 use crate::report;
 use crate::system::{Selected, System, candidates, missing_names, stand_ins};
 use misfits::misfits;
+use own_models::own_models;
 use testable::testable_in;
 
 mod misfits;
+mod own_models;
 mod testable;
 
 #[derive(Debug, Args)]
@@ -65,7 +68,7 @@ impl Check {
             .chain(library.effects().map(|effect| effect.name.clone()))
             .collect();
         let what = if self.what.is_empty() { &everything } else { &self.what };
-        let own = own_models(what);
+        let own = own_models(&library, what);
         for one in what {
             match self.one(&library, &own, one) {
                 Ok(words) => said.push_str(&format!("{one}: {words}\n")),
@@ -192,19 +195,7 @@ fn without_target(model: &Model) -> String {
     "; none of its quantities is called `target` or has that role: `diagnose` looks for no displacement of what is measured".to_owned()
 }
 
-/// The models of one's own among what is to be checked, which effects may be for.
-fn own_models(what: &[String]) -> Vec<(String, Model)> {
-    let read = |one: &String| {
-        let path = Path::new(one);
-        let file = path.extension().is_some_and(|extension| extension == "toml");
-        let source = Source::read(path).ok().filter(|_| file)?;
-        let is_model = !is_campaign(&source) && !is_effect(&source);
-        Some((one.clone(), Model::parse(source).ok().filter(|_| is_model)?))
-    };
-    what.iter().filter_map(read).collect()
-}
-
-/// An effect is sound if it fits at least one model of the library, or that is checked beside it.
+/// An effect is sound if it fits at least one model of the library, or of one's own: checked with it, or in the folder above.
 fn effect(
     library: &Library,
     own: &[(String, Model)],
@@ -213,7 +204,7 @@ fn effect(
     if effect.builtin {
         return Ok("a built-in detector".to_owned());
     }
-    let (mut fits, mut others) = (Vec::new(), Vec::new());
+    let (mut fits, mut others, mut flat) = (Vec::new(), Vec::new(), BTreeSet::new());
     let mut models: Vec<(&str, Model)> = Vec::new();
     for (name, _) in library.models() {
         models.push((name, library.model(name, Path::new("."))?));
@@ -224,6 +215,9 @@ fn effect(
         match candidates(candidate, effect, &stated) {
             Ok(ways) => {
                 Diagnostics(remaining((name, candidate), &ways, &stated)?).into_result(())?;
+                for way in &ways {
+                    flat.extend(without_slope(candidate, way, &stated)?);
+                }
                 fits.push(*name);
             }
             Err(why) => others.push((missing_names(candidate, effect), *name, why)),
@@ -235,7 +229,19 @@ fn effect(
         others.retain(|(_, name, _)| own.is_empty() || is_own(name));
         Err(misfits(effect, others, !own.is_empty()))
     } else {
-        Ok(format!("an effect for {}", fits.join(", ")))
+        Ok(format!("an effect for {}{}", fits.join(", "), even_in(&flat)))
+    }
+}
+
+/// What is to be known of parameters that change readings alike with either sign.
+fn even_in(flat: &BTreeSet<String>) -> String {
+    let names: Vec<String> = flat.iter().map(|name| format!("`{name}`")).collect();
+    match names.is_empty() {
+        true => String::new(),
+        false => format!(
+            "; {} has no slope at zero: readings change alike with either sign, and `diagnose` begins at zero. A parameter in place of its square or size has one",
+            names.join(", ")
+        ),
     }
 }
 

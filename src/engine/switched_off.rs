@@ -5,6 +5,8 @@
 //! look different are told from such as differ by their values at some points. It does not ask
 //! whether the effect does anything when it is on.
 
+mod slope;
+
 use std::collections::{BTreeMap, HashMap};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -16,6 +18,8 @@ use crate::graph::names::Parameter;
 use crate::graph::{Graph, Kind, Leaf, NodeId};
 use crate::model::{Model, Override};
 use crate::system::{Selected, System};
+
+pub use slope::without_slope;
 
 /// Points at which expressions are compared.
 const POINTS: u32 = 24;
@@ -95,7 +99,8 @@ fn members(selected: &Selected) -> Vec<BTreeMap<String, f64>> {
 /// What of a model is another with an effect that is switched off, in words.
 fn changed(without: &System, with: &System) -> Option<String> {
     let mut graph = Graph::boundless();
-    let [before, after] = [without, with].map(|system| outputs(system, without, &mut graph));
+    let [before, after] = [without, with]
+        .map(|system| outputs(system, without, &mut graph, &|at, of| off(system, at, of)));
     let names = without.assembly.names.measurands.iter();
     names.zip(before.iter().zip(&after)).find_map(|(measurand, (before, after))| {
         let name = &measurand.name;
@@ -117,8 +122,13 @@ struct Outputs {
 }
 
 /// The nodes of a system's measurands in a graph whose parameters are those of `known`: others are
-/// off.
-fn outputs(system: &System, known: &System, graph: &mut Graph) -> Vec<Outputs> {
+/// what `value` has of them by their number and component.
+fn outputs(
+    system: &System,
+    known: &System,
+    graph: &mut Graph,
+    value: &dyn Fn(usize, u8) -> f64,
+) -> Vec<Outputs> {
     let numbers: HashMap<&str, u32> = (0..)
         .zip(&known.assembly.names.parameters)
         .map(|(n, one)| (one.name.as_str(), n))
@@ -129,7 +139,7 @@ fn outputs(system: &System, known: &System, graph: &mut Graph) -> Vec<Outputs> {
             let index = parameter as usize;
             match numbers.get(system.assembly.names.parameters[index].name.as_str()) {
                 Some(parameter) => graph.leaf(Leaf::Parameter { parameter: *parameter, component }),
-                None => graph.constant(off(system, index, component)),
+                None => graph.constant(value(index, component)),
             }
         }
         other => graph.leaf(other),

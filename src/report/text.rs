@@ -45,10 +45,10 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
 pub fn calibration_with(title: &str, result: &Calibration, mistaken: &str) -> String {
     let mut text = format!("{title}\n\n");
     text.push_str(&fit(result));
-    text.push_str(mistaken);
     if !result.problem.moves() {
         text.push_str(&format!("{NOTHING_MOVES}\n"));
     }
+    text.push_str(mistaken);
     text.push_str(&trouble(result));
     if result.fit.outcome == Outcome::IterationLimit {
         text.push_str(

@@ -99,3 +99,19 @@ fn a_word_of_a_name_is_answered_with_the_effects_that_have_it() {
     let text = told(&campaigns(), &["calibrate", "first", "--with", "runout"]);
     assert!(text.contains("`axial_runout_second` or `radial_runout_second`?"), "{text}");
 }
+
+/// The models of the campaign in whose folder an effect lies are asked, also where they are elsewhere.
+#[test]
+fn an_effect_is_checked_with_the_model_of_its_campaign() {
+    let folder = campaigns();
+    let path = "first/effects/rope_stretch.toml";
+    let checked = |folder: &Folder| {
+        let output = run(folder, &["check", path]);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_eq!(checked(&folder), format!("{path}: an effect for ../model.toml\n"));
+    // A square has no slope at zero.
+    std::fs::write(folder.join(path), EFFECT.replace("part * place", "part^2 * place")).unwrap();
+    assert!(checked(&folder).contains("`rope_stretch.part` has no slope at zero"));
+}

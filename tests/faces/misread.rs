@@ -33,9 +33,13 @@ fn diagnosis(folder: &Path, unit: f64, bow: f64) -> String {
 
 /// The answer for the campaign in a folder.
 fn diagnosed(folder: &Path, format: &str) -> String {
+    said(folder, &["diagnose", ".", "--format", format])
+}
+
+/// What a command writes in a folder.
+fn said(folder: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_homepoint"));
-    command.args(["diagnose", ".", "--format", format]);
-    let output = command.current_dir(folder).output().unwrap();
+    let output = command.args(arguments).current_dir(folder).output().unwrap();
     String::from_utf8(output.stdout).unwrap()
 }
 
@@ -111,4 +115,15 @@ fn a_wrong_stated_value_is_listed_beside_the_convention_that_is_like_it() {
     let verdict = answer["verdict"].as_str().unwrap();
     assert!(text.to_lowercase().contains(&format!("\n\n{verdict}: ")), "{verdict} {text}");
     assert_eq!(answer["set_free"], "radius");
+}
+
+/// `calibrate` has it before the values, which hold only without it.
+#[test]
+fn a_mistaken_convention_comes_before_the_values() {
+    let folder = tempfile::tempdir().unwrap();
+    diagnosis(folder.path(), 1000.0, 0.0);
+    let text = said(folder.path(), &["calibrate", "."]);
+    let places =
+        ["may have been mistaken", "To use it", "\nparameter "].map(|words| text.find(words));
+    assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{text}");
 }
