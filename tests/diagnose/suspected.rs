@@ -110,7 +110,7 @@ fn an_effect_of_the_user_stays_beside_autocorrelated_noise() {
             let time = 0.02 * f64::from(sample);
             let [angle, rate, acceleration] = motor(time);
             slow = 0.7 * slow + 1.6e-5 * stream.normal();
-            let play = 0.5 * lash * (rate / 0.523_598_8).tanh();
+            let play = 0.5 * lash * (rate / 30_f64.to_radians()).tanh();
             let read = angle / 100.0 - play + 1.3e-4 * (2.0 * angle + 0.5).cos() + slow;
             let _ = writeln!(log, "{time:.3},{angle},{rate},{acceleration},{read}");
         }
