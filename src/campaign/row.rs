@@ -200,6 +200,12 @@ impl Reader {
         is_whole && self.stamp.time().is_none_or(|time| self.row[time] >= self.last_time)
     }
 
+    /// The number of a cell, in the unit of its column.
+    fn number(&mut self, cell: &str, column: &Column) -> Option<f64> {
+        let plain = self.decimal.number(cell, self.separator);
+        plain.or_else(|| degrees(cell).filter(|_| column.is_sexagesimal))
+    }
+
     /// Takes a plain cell; whether there is nothing to say about it.
     fn cell(&mut self, index: usize, cell: &str, columns: &[Column]) -> bool {
         let Some(column) = columns.get(index) else {
@@ -213,8 +219,7 @@ impl Reader {
         if column.wanted.is_none() || cell.is_empty() {
             return true;
         }
-        let number = self.decimal.number(cell, self.separator);
-        let number = number.or_else(|| degrees(cell).filter(|_| column.is_sexagesimal));
+        let number = self.number(cell, column);
         let si = number.map_or(f64::NAN, |number| column.unit.to_si(number));
         let is_finite = if self.stamp.has(index) {
             (number.is_none() || si.is_finite()) && self.part(cell, number, column).is_some()
@@ -272,8 +277,7 @@ impl Reader {
                 }
                 continue;
             }
-            let value = self.decimal.number(cell, self.separator);
-            let value = value.or_else(|| degrees(cell).filter(|_| column.is_sexagesimal));
+            let value = self.number(cell, column);
             match value.map(|value| (value, column.unit.to_si(value))) {
                 Some((value, si)) if !si.is_finite() => {
                     let what = not_finite(&self.origin.word(cell), value, column).at(at);

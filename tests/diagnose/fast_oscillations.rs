@@ -26,7 +26,11 @@ probe = { value = 'reading', unit = "mm" }
 "#;
 
 /// The diagnosis of readings at times, with white noise of 10 µm as stated and what is added to it (mm).
-fn diagnosed(times: impl Iterator<Item = f64>, seed: u64, added: impl Fn(f64) -> f64) -> Diagnosis {
+pub(crate) fn diagnosed(
+    times: impl Iterator<Item = f64>,
+    seed: u64,
+    added: impl Fn(f64) -> f64,
+) -> Diagnosis {
     let mut stream = Stream(seed);
     let mut log = String::from("time [s],stage [mm],probe [mm]\n");
     for time in times {
@@ -39,7 +43,7 @@ fn diagnosed(times: impl Iterator<Item = f64>, seed: u64, added: impl Fn(f64) ->
 }
 
 /// Samples so many times a second, for 20 s.
-fn even(rate: u32) -> impl Iterator<Item = f64> {
+pub(crate) fn even(rate: u32) -> impl Iterator<Item = f64> {
     (0..20 * rate).map(move |row| f64::from(row) / f64::from(rate))
 }
 

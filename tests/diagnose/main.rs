@@ -45,6 +45,7 @@ mod moments;
 mod moved_anchor;
 mod no_readings;
 mod noise;
+mod noise_far_beyond;
 mod noise_of_runs;
 mod other_measurands;
 mod over_angles;

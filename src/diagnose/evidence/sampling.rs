@@ -8,7 +8,7 @@
 //! drift. Members of families that are such frequencies are not looked at.
 
 use crate::diagnose::library::candidate::Candidate;
-use crate::engine::{Part, Problem};
+use crate::engine::Problem;
 use crate::statistics::upper_median;
 use crate::units::Unit;
 
@@ -17,7 +17,7 @@ const EVEN: f64 = 0.1;
 /// Parts of the shortest interval of which all others are looked for as multiples.
 const PARTS: u32 = 24;
 /// The least part of its period for which a wave is recorded.
-const HALF_PERIOD: f64 = 0.5;
+pub(super) const HALF_PERIOD: f64 = 0.5;
 /// Periods of a wave that nobody describes, in two short intervals between readings, at most; and how
 /// many of the intervals are as short.
 const CARRIED: f64 = 3.0;
@@ -164,21 +164,6 @@ fn grid(times: &[f64], intervals: &mut [f64]) -> Option<(f64, f64)> {
         && squares < count * (EVEN * interval).powi(2)
         && count > PRESENT * number;
     is_even.then_some((interval, last - first))
-}
-
-/// The longest period (s) of which some setup lasts a half.
-pub(super) fn longest_period(problem: &Problem) -> f64 {
-    let of_part = |part: &Part| {
-        let mut setups = vec![[f64::INFINITY, f64::NEG_INFINITY]; part.setups.len()];
-        for run in &part.runs {
-            if let Some([first, last]) = run.record.ends(|samples| &samples.setup_time) {
-                let [low, high] = &mut setups[run.setup];
-                (*low, *high) = (low.min(first), high.max(last));
-            }
-        }
-        setups.into_iter().map(|[low, high]| high - low).fold(0.0, f64::max)
-    };
-    problem.parts.iter().map(of_part).fold(0.0, f64::max) / HALF_PERIOD
 }
 
 /// How far (Hz) a frequency is from the nearest multiple of a sampling rate; infinite where that is 0.

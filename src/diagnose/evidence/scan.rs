@@ -28,13 +28,14 @@ use crate::diagnose::library::structure::FAST;
 use crate::effect::Members;
 use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
+use crate::engine::{Part, Problem};
 use crate::system::{Selected, System};
 use crate::units::Dimension;
 
 use self::best::best_member;
 use self::opened::opened;
 use super::Nominal;
-use super::sampling::{Sampling, is_frequency, longest_period};
+use super::sampling::{HALF_PERIOD, Sampling, is_frequency};
 
 /// Members in one pass over the readings: they share everything but their own columns.
 const TOGETHER: usize = 8;
@@ -239,6 +240,21 @@ impl<'a> Scan<'a> {
         }
         sums.into_iter().map(|(sum, all)| if all > 0.0 { sum / all } else { 1.0 }).collect()
     }
+}
+
+/// The longest period (s) of which some setup lasts a half.
+fn longest_period(problem: &Problem) -> f64 {
+    let of_part = |part: &Part| {
+        let mut setups = vec![[f64::INFINITY, f64::NEG_INFINITY]; part.setups.len()];
+        for run in &part.runs {
+            if let Some([first, last]) = run.record.ends(|samples| &samples.setup_time) {
+                let [low, high] = &mut setups[run.setup];
+                (*low, *high) = (low.min(first), high.max(last));
+            }
+        }
+        setups.into_iter().map(|[low, high]| high - low).fold(0.0, f64::max)
+    };
+    problem.parts.iter().map(of_part).fold(0.0, f64::max) / HALF_PERIOD
 }
 
 /// As many members as one pass takes, the last repeated.
