@@ -3,6 +3,7 @@
 pub mod absorbed;
 pub mod answer;
 mod assemble;
+mod autocorrelation;
 pub mod changes;
 pub mod confounded;
 pub mod driver;

@@ -18,15 +18,14 @@ pub const ROW: f64 = 64.0;
 pub const ROW_BESIDE_REMAINDER: f64 = 144.0;
 /// Share of the remainder's gain that a row must have: basis blocks leave so much to imitators.
 pub const SHARE_OF_REMAINDER: f64 = 0.03;
-/// A row that gains so many times more beside the blocks than without them mends their form.
-pub const BORROWED: f64 = 1.5;
-/// Share of the squared length of its form that a row must keep beside the blocks.
+/// Share of the squared length of the form of a user's own effect that a block leaves, below which it
+/// contains that form.
 pub const OWN_SHARE: f64 = 0.12;
-/// Gain from which a row is too strong for the test of [`OWN_SHARE`].
-pub const OWN_SHARE_BELOW: f64 = 900.0;
 /// Chi squared of the value of a row beside whole blocks, below which it is consistent with zero; of
 /// several values that of the same probability.
 pub const ZERO: f64 = 9.0;
+/// The same of an effect of the user's own, which blocks of its form do not replace.
+pub const ZERO_OF_OWN: f64 = 25.0;
 /// Log Bayes factor of separate values of a row by setup, angle, rate or sense, from which it is not one
 /// cause.
 pub const APART: f64 = 2.5;
@@ -97,3 +96,6 @@ pub const RELAXED: f64 = 3.0;
 pub const RELAXED_MARGIN: f64 = 80.0;
 /// Gain that an effect may have without entering a budget, about.
 pub const BELOW_ENTRY: f64 = 25.0;
+/// Noise scale factor beyond which residuals are no noise: something is there, whatever form it
+/// has.
+pub const FAR_BEYOND_STATED: f64 = 5.0;

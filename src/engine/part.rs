@@ -47,6 +47,9 @@ pub struct Part {
     /// For each run what errors of smoothed streams add to each measurand (SI); empty where it is
     /// not counted.
     pub smoothing_sigma: Vec<Vec<f64>>,
+    /// Whether errors of smoothed streams, of all its readings together, are large enough to look like an
+    /// effect.
+    pub has_stream_noise: bool,
     /// Standard deviation of each random quantity (SI); 0 switches it off.
     pub random_sigma: Vec<f64>,
     /// Units in which people read its values, where stated.
@@ -122,6 +125,7 @@ impl Part {
             sigma,
             run_levels: Vec::new(),
             smoothing_sigma: Vec::new(),
+            has_stream_noise: false,
             output: DisplayUnits::default(),
             delay_range: DelayRange::default(),
             found_starts: Vec::new(),
@@ -167,6 +171,7 @@ impl Part {
         made.gauss_markov.clone_from(&self.gauss_markov);
         made.run_levels.clone_from(&self.run_levels);
         made.smoothing_sigma.clone_from(&self.smoothing_sigma);
+        made.has_stream_noise = self.has_stream_noise;
         made
     }
 

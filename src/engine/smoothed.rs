@@ -29,6 +29,18 @@ use crate::number::Gradient;
 const SAMPLES: usize = 8192;
 /// Part of a reading's variance below which an added one is not worth counting.
 const NOTICED: f64 = 0.1;
+/// What it adds to chi squared of all readings of a measurand, from which it may look like an effect.
+const SHOWS: f64 = 10.0;
+
+/// What errors of smoothed streams do to a measurand in a run.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moved {
+    /// The variance of its readings that they make (SI), and that which is counted already.
+    variance: f64,
+    counted: f64,
+    /// The stated variance.
+    own: f64,
+}
 
 impl Problem {
     /// Lets the weights count what errors of smoothed streams add to each measurand, at a point.
@@ -40,9 +52,23 @@ impl Problem {
                 continue;
             }
             let runs = self.parts[p].runs.len();
-            let found: Vec<Vec<f64>> = (0..runs).map(|r| self.smoothing_in(p, r, point)).collect();
+            let moved: Vec<Vec<Moved>> = (0..runs).map(|r| self.moved_in(p, r, point)).collect();
+            let part = &mut self.parts[p];
+            let mut chi_squared = vec![0.0; part.sigma.len()];
+            for (run, own) in moved.iter().enumerate() {
+                for (m, (one, present)) in own.iter().zip(part.present_in(run)).enumerate() {
+                    chi_squared[m] += present as f64 * one.variance / one.own;
+                }
+            }
+            part.has_stream_noise = chi_squared.iter().any(|one| *one > SHOWS);
+            let sigma = |one: &Moved| {
+                let added = one.variance - one.counted;
+                if added > NOTICED * one.own { added.sqrt() } else { 0.0 }
+            };
+            let found: Vec<Vec<f64>> =
+                moved.iter().map(|run| run.iter().map(sigma).collect()).collect();
             if found.iter().flatten().any(|sigma| *sigma > 0.0) {
-                self.parts[p].smoothing_sigma = found;
+                part.smoothing_sigma = found;
                 is_noticed = true;
             }
         }
@@ -51,13 +77,13 @@ impl Problem {
 
     /// The same readings over streams with as much noise again as they have, and with that noise
     /// the other way round: sums over both, less those without, are what the noise does to a product
-    /// of two things that it moves. `None` where no stream is smoothed, or only as it is usual and the
-    /// weights count nothing of it.
+    /// of two things that it moves. `None` where no stream is smoothed, or only as it is usual and too
+    /// little of its noise is in the readings to look like an effect.
     pub fn with_noisier_streams(&self) -> Option<[Self; 2]> {
         let noisier = |times: f64| {
             self.with_streams(&|part, tracks, (run, input)| {
                 let (spline, sigma) = smoothed(part, tracks, input)?;
-                if part.smoothing_sigma.is_empty() && !spline.is_stated() {
+                if !part.has_stream_noise && !spline.is_stated() {
                     return None;
                 }
                 let seed = ((run << 16) | input) as u64;
@@ -97,11 +123,11 @@ impl Problem {
         is_any.then_some(changed)
     }
 
-    /// What errors of smoothed streams add to each measurand of a run (SI); 0 where it cannot be
-    /// noticed.
-    fn smoothing_in(&self, p: usize, r: usize, point: &Point) -> Vec<f64> {
+    /// What errors of smoothed streams do to each measurand of a run.
+    fn moved_in(&self, p: usize, r: usize, point: &Point) -> Vec<Moved> {
         let part = &self.parts[p];
-        let nothing = vec![0.0; part.sigma.len()];
+        let of_measurand = |m| Moved { own: part.sigma_in(r, m).powi(2), ..Moved::default() };
+        let nothing: Vec<Moved> = (0..part.sigma.len()).map(of_measurand).collect();
         let tracks = part.runs[r].record.inputs();
         let curves: Vec<(usize, Track)> = (0..tracks.len())
             .filter_map(|input| Some((input, disturbed(part, tracks, input)?)))
@@ -156,11 +182,7 @@ impl Problem {
                     }
                 }
             }
-            let own = part.sigma_in(r, m);
-            let variance = squares / f64::max(count, 1.0) - counted[m];
-            if variance > NOTICED * own * own {
-                added[m] = variance.sqrt();
-            }
+            (added[m].variance, added[m].counted) = (squares / f64::max(count, 1.0), counted[m]);
         }
         added
     }

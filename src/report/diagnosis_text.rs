@@ -129,10 +129,6 @@ fn because(objection: &Objection) -> String {
             format!("it fails on held-out readings (predictive gain {gain:.0})")
         }
         Objection::Small(_) => "it is too small for a name beside the rest".to_owned(),
-        Objection::Borrowed => "it only corrects the form of the remainder".to_owned(),
-        Objection::WithinRemainder(share) => {
-            format!("its form lies within the remainder ({:.0} % are its own)", 100.0 * share)
-        }
         Objection::MayBeZero(_) => {
             "beside the whole remainder its value is consistent with zero".to_owned()
         }

@@ -123,6 +123,7 @@ fn sums_are_products_of_rows() {
     };
     let change = |candidate: usize, at: (usize, usize)| Change {
         base: Base { candidate, signature: 0 },
+        width: 1,
         end: None,
         at,
         gain: Gain::default(),

@@ -34,6 +34,7 @@ mod each_effect;
 mod errors_of_inputs;
 mod fast_oscillations;
 mod finer_than_bends;
+mod forms_in_one_run;
 mod found;
 mod jumps_of_clocks;
 mod levels;

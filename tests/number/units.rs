@@ -86,6 +86,8 @@ fn units_of_mechanics_and_electricity_have_their_si_value() {
         ("12 cm", 0.12, "m"),
         ("3 km/h", 3.0 / 3.6, "m/s"),
         ("1 in", 0.0254, "m"),
+        ("60 L/min", 1e-3, "m^3/s"),
+        ("3 mL", 3e-6, "m^3"),
         ("5 g", 0.005, "kg"),
         ("2 t", 2000.0, "kg"),
         ("0.02 kg m^2", 0.02, "m^2*kg"),

@@ -23,7 +23,8 @@ pub use super::sizes::{Size, WellDetermined};
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::CONFOUNDED;
 
-pub use super::verdict::{FAR_BEYOND_STATED, Findings, Verdict, decide};
+pub use super::verdict::{Findings, Verdict, decide};
+pub use crate::diagnose::thresholds::FAR_BEYOND_STATED;
 
 /// Part of what it is compared with that the nearest effect explains at least.
 pub const NEAREST: f64 = 0.01;

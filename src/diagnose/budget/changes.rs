@@ -20,7 +20,7 @@ use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::ENTER;
 
 mod absorbed;
-mod carried;
+mod forms;
 mod models;
 mod moments;
 mod onsets;
@@ -32,6 +32,9 @@ const MOST_BINS: usize = 1500;
 const MOST_STRONG: usize = 4;
 /// Change points that enter the competition in a round at most.
 const MOST_CHANGES: usize = 4;
+
+/// A column of a change: its number, and what it is.
+type OfChange = (usize, Change, Base);
 
 impl Linear {
     /// Change points beside a model, and beside the model without each of its rows and blocks, that are
@@ -84,12 +87,8 @@ impl Linear {
             self.best_moments(selection, &models, &[one.base], &around)
         };
         let found: Vec<_> = strong.par_iter().map(fine).collect();
-        let paid = |(is_in_place, one): (bool, Change)| {
-            (is_in_place, Change { members: one.members.max(samples), ..one })
-        };
-        let mut found: Vec<(bool, Change)> = found.into_iter().flatten().map(paid).collect();
-        self.retain_not_carried(selection, model, &mut found);
-        let mut found: Vec<Change> = found.into_iter().map(|(_, one)| one).collect();
+        let paid = |(_, one): (bool, Change)| Change { members: one.members.max(samples), ..one };
+        let mut found: Vec<Change> = found.into_iter().flatten().map(paid).collect();
         let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);
         let known = || model.iter().filter_map(|term| selection.terms[*term].change.as_ref());
         found.retain(|one| ln_bayes(one) >= ENTER && !known().any(|known| one.is_near(known)));
@@ -98,6 +97,7 @@ impl Linear {
         let siblings: Vec<Change> = found.iter().flat_map(|one| self.siblings(one)).collect();
         found.extend(siblings);
         found.extend(self.runs_in_place(selection, model));
+        found.extend(self.forms_in_runs(selection, model));
         found
     }
 
@@ -133,34 +133,42 @@ impl Linear {
 
     /// Adds changes as terms, with their sums.
     pub fn with_changes(&mut self, changes: &[Change]) {
-        let mut known: Vec<(usize, Change)> = self
-            .terms
-            .iter()
-            .filter_map(|term| Some((term.columns.first()?.first()?.0, term.appended()?.clone())))
-            .collect();
+        let mut known: Vec<OfChange> = Vec::new();
+        for term in &self.terms {
+            let Some(change) = term.appended() else { continue };
+            let columns = term.columns.iter().filter_map(|one| Some(one.first()?.0));
+            known.extend(columns.zip(change.bases()).map(|(at, base)| (at, change.clone(), base)));
+        }
         let old = known.len();
+        let (mut new, mut next): (Vec<(&Change, usize)>, _) = (Vec::new(), self.sums.residual());
         for change in changes {
-            if !known.iter().any(|(_, one)| one == change) {
-                known.push((self.sums.residual() + known.len() - old, change.clone()));
+            let is_known = known.iter().any(|(_, one, _)| one == change);
+            if !is_known {
+                known.extend(
+                    (next..).zip(change.bases()).map(|(at, base)| (at, change.clone(), base)),
+                );
+                new.push((change, next));
+                next += change.width;
             }
         }
-        let added = self.products(&known, old);
-        for ((column, change), added) in known.drain(old..).zip(&added) {
-            self.sums.append(added);
+        for added in self.products(&known, old) {
+            self.sums.append(&added);
+        }
+        for (change, first) in new {
             let block = &self.candidates[change.base.candidate];
             let (part, run) = self.fitted.problem.run_at(change.at.0);
             let name = self.fitted.problem.parts[part].run_name(run);
             let appended = self.terms.iter_mut().filter(|term| term.appended().is_some());
             for term in appended {
-                term.may_enter &= !term.change.as_ref().is_some_and(|one| one.is_near(&change));
+                term.may_enter &= !term.change.as_ref().is_some_and(|one| one.is_near(change));
             }
-            let extent = self.extent(&change);
+            let extent = self.extent(change);
             let place = block.place.as_ref().map(|place| place.within(&name, extent));
-            let (name, columns) = (format!("change of {}", block.name), vec![vec![(column, 1.0)]]);
+            let columns = (first..first + change.width).map(|column| vec![(column, 1.0)]).collect();
             self.terms.push(Term {
                 members: change.members,
-                change: Some(change),
-                ..Term::new(name, place, columns)
+                change: Some(change.clone()),
+                ..Term::new(format!("change of {}", block.name), place, columns)
             });
         }
     }
@@ -196,6 +204,10 @@ impl Linear {
     pub fn known_changes(&self, named: &[(String, Change)]) -> Vec<Change> {
         let here = |(name, change): &(String, Change)| {
             let candidate = self.candidates.iter().position(|one| one.name == *name)?;
+            let count = self.candidates[candidate].selected.effect.parameters.len();
+            if count < change.base.signature + change.width {
+                return None;
+            }
             let base = Base { candidate, ..change.base };
             Some(Change { base, ..change.clone() })
         };
@@ -204,7 +216,7 @@ impl Linear {
 
     /// The products of the columns of changes, from `new` on, with all columns and with those of the
     /// changes before them.
-    fn products(&self, changes: &[(usize, Change)], new: usize) -> Vec<Appended> {
+    fn products(&self, changes: &[OfChange], new: usize) -> Vec<Appended> {
         let mut added: Vec<Appended> = vec![Appended::default(); changes.len() - new];
         if added.is_empty() {
             return added;
@@ -215,7 +227,7 @@ impl Linear {
             let data = &problem.parts[part];
             let places_in = |run: usize| -> Vec<Option<usize>> {
                 let run = problem.run_index(part, run);
-                changes.iter().map(|(_, change)| self.place_of(run, change.base)).collect()
+                changes.iter().map(|(.., base)| self.place_of(run, *base)).collect()
             };
             let places: Vec<Vec<Option<usize>>> = (0..data.runs.len()).map(places_in).collect();
             let (mut row, mut values) = (Vec::new(), vec![0.0; changes.len()]);

@@ -3,7 +3,6 @@
 //! noise is looked at in what all of that leaves. What is found in the noise, and rows that did not
 //! stand, lead to another round.
 
-use crate::diagnose::evidence::scan::Scanned;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, NoiseEffect};
 use crate::diagnose::library::variant::Variant;
@@ -33,7 +32,6 @@ mod jitter;
 mod jumps;
 mod members;
 mod relax;
-mod settled;
 mod spikes;
 mod suspected;
 mod transients;
@@ -41,7 +39,6 @@ mod update;
 mod usual_values;
 
 pub use self::compete::Competed;
-use self::settled::Settled;
 use self::suspected::Displaced;
 
 /// Rounds of structure and noise, and those until rows of the last model are in the fit.
@@ -105,16 +102,14 @@ struct Search<'a> {
     /// Rows in the fit with the places of what was left out beside them, under the same noise.
     seen_outliers: Vec<Tried>,
     noise: Vec<NoiseEffect>,
+    /// How often autocorrelated noise was estimated anew.
+    noise_changes: usize,
     /// Effects that show in no reading beside the nominal model; `None` before it is linearised.
     unseen: Option<Unseen>,
     /// Best members of families: of blocks beside the first rows, of effects as they were found last.
     scanned: Families,
     /// Change points of the last model with their blocks: the next one begins with them.
     changes: Vec<(String, Change)>,
-    /// Members of families of effects in the last competition.
-    members: Scanned,
-    /// Its model, where the fit has lost only rows that it does not have.
-    settled: Option<Settled>,
     /// Large ones that were fitted, by the name of their block.
     tried_changes: Vec<(String, (usize, usize), Option<usize>)>,
     log: Log,
@@ -153,9 +148,7 @@ impl Search<'_> {
         let mut round = 0;
         loop {
             round += 1;
-            if search.take_members()? {
-                search.settled = None;
-            }
+            search.take_members()?;
             let Some(competed) = search.compete()? else { return Ok(None) };
             let is_changed = if round < ROUNDS {
                 search.take(&competed)?
@@ -226,11 +219,10 @@ impl<'a> Search<'a> {
             outliers: Vec::new(),
             seen_outliers: Vec::new(),
             noise: Vec::new(),
+            noise_changes: 0,
             unseen: None,
             scanned: Families::default(),
             changes: Vec::new(),
-            members: Scanned::default(),
-            settled: None,
             tried_changes: Vec::new(),
             log: Log::new(),
         }

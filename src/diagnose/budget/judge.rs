@@ -1,4 +1,4 @@
-//! When a row stands: seven conditions, each with its reason.
+//! When a row stands: five conditions, each with its reason.
 //!
 //! A row is judged beside all the structure there is: basis blocks enter until none has the
 //! evidence. The row that fails with the least predictive gain goes and does not come back; then the
@@ -16,9 +16,9 @@ use super::selection::exchange::Exchange;
 use super::terms::Term;
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::thresholds::{
-    APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, LONE_MARGIN,
-    LONE_SHARE, MARGIN, OWN_EFFECT, OWN_SHARE, OWN_SHARE_BELOW, RELAXED_MARGIN, ROW,
-    ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER, SMALL_ROW, TIE,
+    APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, ENTER, HELD_OUT, LONE_MARGIN, LONE_SHARE,
+    MARGIN, OWN_EFFECT, OWN_SHARE, RELAXED_MARGIN, ROW, ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER,
+    SMALL_ROW, TIE,
 };
 
 mod beside;
@@ -63,7 +63,6 @@ impl Selection<'_> {
                 model = self.prune(model, log);
                 model = self.grow(model, &pools.effects, ROW, MOST, log);
             }
-            model = self.all_beside_rows(model);
             let own = Pieces::new(linear, self, &model);
             let Some((term, objection)) = self.worst(&model, &pools.blocks, &own) else { break };
             log.push(format!("{} does not stand: {objection:?}", self.terms[term].name));
@@ -80,6 +79,8 @@ impl Selection<'_> {
             model = self.reduced_anew(&model);
             model = self.grow(model, &pools.effects, ROW, MOST, log);
         }
+        // The rows stand: what blocks that came in the place of another term have of their forms is theirs.
+        model = self.all_beside_rows(model);
         // What is too small for a name is still there.
         small.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut nameless = Vec::new();
@@ -121,8 +122,6 @@ impl Selection<'_> {
         let rest: f64 = (0..model.len()).filter(remains).map(|at| gains[at].excess()).sum();
         let is_form = |term: &Term| !term.is_of_runs() && term.change.is_none();
         let drops = folded.predictive_gains(&rows);
-        let named: Vec<usize> = rows.iter().map(|at| model[*at]).collect();
-        let without_blocks = if rest > 0.0 { self.contributions(&named) } else { Vec::new() };
         let mut objections: Vec<(usize, Objection)> = Vec::new();
         for (row, at) in rows.iter().enumerate() {
             let gain = gains[*at].gain;
@@ -138,20 +137,11 @@ impl Selection<'_> {
                 let is_part = gain < SHARE_OF_REMAINDER * rest.min(beside);
                 gain < least || is_part && !self.needs_its_form(model, *at, gains[*at], blocks)
             };
-            let objection = if drops[row] < HELD_OUT {
-                Some(Objection::HeldOut(drops[row]))
+            if drops[row] < HELD_OUT {
+                objections.push((row, Objection::HeldOut(drops[row])));
             } else if is_small() {
-                Some(Objection::Small(gain.sqrt()))
-            } else if !is_own && rest > 0.0 && gain > BORROWED * without_blocks[row].gain {
-                // Whether blocks do as well as a cause that a user suspects is condition 7.
-                Some(Objection::Borrowed)
-            } else if rest > 0.0 && gain < OWN_SHARE_BELOW {
-                let share = self.own_share(model, *at);
-                (share < OWN_SHARE).then_some(Objection::WithinRemainder(share))
-            } else {
-                None
-            };
-            objections.extend(objection.map(|one| (row, one)));
+                objections.push((row, Objection::Small(gain.sqrt())));
+            }
         }
         if objections.is_empty() {
             let lost = self.lost_in_remainder(model, &gains);

@@ -11,8 +11,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
+use crate::diagnose::budget::autocorrelation::Component;
 use crate::diagnose::budget::linear::Linear;
-use crate::diagnose::budget::noise::{Component, Outlier, components};
+use crate::diagnose::budget::noise::{Outlier, components};
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::thresholds::{LONE_OUTLIER, NEIGHBOURS, NOISE};
 use crate::engine::Problem;

@@ -8,13 +8,13 @@ use std::collections::BTreeMap;
 use crate::diagnose::found::{LeftOut, Reading};
 use crate::engine::Problem;
 use crate::engine::gauss_markov::GaussMarkov;
-use crate::estimate::noise_model::likelihood::{Sequence, likeliest};
 use crate::statistics::robust;
 
+use super::autocorrelation::{Component, again, autocorrelation};
 use super::linear::Linear;
 use super::rows::Values;
 use super::selection::Selection;
-use crate::diagnose::thresholds::{LONE_OUTLIER, NOISE, OUTLIERS};
+use crate::diagnose::thresholds::{FAR_BEYOND_STATED, LONE_OUTLIER, NOISE, OUTLIERS};
 
 /// The place of a reading: its run (of all), sample, and measurand (of all campaigns).
 pub type ReadingAt = (usize, usize, usize);
@@ -54,8 +54,6 @@ pub struct NoiseFound {
     pub autocorrelation: Vec<(usize, usize, GaussMarkov)>,
 }
 
-/// Residuals of one component by run: sample, time (s), whitened residual.
-pub type Component = BTreeMap<usize, Vec<(usize, f64, f64)>>;
 /// Components by campaign, measurand (of all campaigns) and residual component.
 pub type Components = BTreeMap<(usize, usize, usize), Component>;
 
@@ -80,12 +78,14 @@ pub fn components(
     components
 }
 
-/// Looks at the residuals of a model; `known` outliers say nothing of the rest.
+/// Looks at the residuals of a model; `known` outliers say nothing of the rest, and autocorrelated noise
+/// may be estimated anew where it `may_change`.
 pub fn noise(
     linear: &Linear,
     selection: &Selection<'_>,
     model: &[usize],
     known: &[Outlier],
+    may_change: bool,
 ) -> NoiseFound {
     let delays = delay_columns(linear, selection);
     // Of each reading what it says of its time: residual times rate, and rate, both weighted.
@@ -115,11 +115,13 @@ pub fn noise(
     }
     found.jitter = jitter(samples.values());
     let problem = &linear.fitted.problem;
-    for ((part, _, row), runs) in &components {
-        if problem.parts[*part].gauss_markov[*row].is_some() {
-            continue;
-        }
-        let correlated = autocorrelation(runs);
+    for ((part, measurand, row), runs) in &components {
+        let may_change = may_change && selection.scale[*measurand] <= FAR_BEYOND_STATED;
+        let correlated = match problem.parts[*part].gauss_markov[*row] {
+            Some(known) if may_change => again(runs, known),
+            Some(_) => None,
+            None => autocorrelation(runs),
+        };
         found.autocorrelation.extend(correlated.map(|one| (*part, *row, one)));
     }
     found
@@ -229,41 +231,6 @@ fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]>) -> Option<Jitter> {
     let variance = products / weights;
     let scatter: f64 = each.iter().map(|[one, weight]| (one - variance * weight).powi(2)).sum();
     Some(Jitter { variance, sigma: scatter.sqrt() / weights, score: score(&each) })
-}
-
-/// The Gauss-Markov part of a component's residuals, where they are correlated.
-fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
-    let values: Vec<Vec<f64>> =
-        runs.values().map(|own| own.iter().map(|one| one.2).collect()).collect();
-    let longest = values.iter().map(Vec::len).max().unwrap_or(0);
-    let squares: f64 = values.iter().flatten().map(|value| value * value).sum();
-    let count: usize = values.iter().map(Vec::len).sum();
-    let pairs = values.iter().flat_map(|own| own.windows(2));
-    let neighbours: f64 = pairs.map(|pair| pair[0] * pair[1]).sum();
-    // Products of different residuals of stretches of so many: of white noise their sum has the
-    // standard deviation of one product times the root of their number. A first look: for few
-    // stretches this is no normal distribution, and the likelihood decides.
-    let score = |length: usize| {
-        let of_stretch = |own: &[f64]| {
-            let sum = own.iter().sum::<f64>().powi(2) - own.iter().map(|x| x * x).sum::<f64>();
-            [0.5 * sum, 0.5 * (own.len() * (own.len() - 1)) as f64]
-        };
-        let stretches = values.iter().flat_map(|own| own.chunks(length));
-        let sums = stretches.map(of_stretch).fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
-        sums[0] * count as f64 / (squares * sums[1].sqrt())
-    };
-    let lengths = std::iter::successors(Some(4), |length| Some(2 * length));
-    let is_alike = neighbours * (count as f64).sqrt() > NOISE * squares
-        || lengths.take_while(|length| *length <= longest).any(|one| score(one) > NOISE);
-    if is_alike { gauss_markov(runs).map(|(noise, _)| noise) } else { None }
-}
-
-/// The Gauss-Markov noise of largest likelihood of a component, and its log likelihood ratio against
-/// white noise; `None` where it is white.
-pub(super) fn gauss_markov(runs: &Component) -> Option<(GaussMarkov, f64)> {
-    let run = |own: &Vec<(usize, f64, f64)>| own.iter().map(|one| (one.1, one.2)).collect();
-    let found = likeliest(&Sequence::new(runs.values().map(run).collect()));
-    Some((found.noise?, found.gained))
 }
 
 /// Leaves readings out of a problem; what was left out, by row of the data file.

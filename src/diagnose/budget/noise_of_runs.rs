@@ -9,8 +9,9 @@
 use std::collections::BTreeMap;
 use std::ops::{Add, Sub};
 
+use super::autocorrelation::Component;
 use super::linear::Linear;
-use super::noise::{Component, Components};
+use super::noise::Components;
 use crate::diagnose::price::{Gain, ln_bayes_factor, price};
 use crate::diagnose::thresholds::{ENTER, NOISE, NOISE_OF_A_RUN, TIE};
 use crate::statistics::{robust, upper_median};

@@ -10,14 +10,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
+use super::autocorrelation::{Component, gauss_markov, gauss_markov_again, price};
 use super::linear::Linear;
-use super::noise::{Component, Components, components, gauss_markov};
+use super::noise::{Components, components};
 use super::noise_of_runs::{OfRun, noise_of_runs};
 use super::selection::Selection;
 use super::terms::Term;
-use crate::diagnose::thresholds::ENTER;
+use crate::diagnose::thresholds::{ENTER, FAR_BEYOND_STATED};
+use crate::engine::Problem;
 use crate::engine::gauss_markov::GaussMarkov;
-use crate::engine::{Part, Problem};
 
 /// Residuals of a component whose noise may be autocorrelated at least.
 const LEAST_OF_COMPONENT: usize = 50;
@@ -45,11 +46,13 @@ pub enum Instead {
 }
 
 /// The noise that explains more than the blocks of a model do, if there is one. What changes at a
-/// moment is no noise: it stays beside it, as rows do, unless the noise explains it, too.
+/// moment is no noise: it stays beside it, as rows do, unless the noise explains it, too. Noise that is
+/// autocorrelated may be estimated anew where it `may_change`.
 pub fn instead_of_blocks(
     linear: &Linear,
     selection: &Selection<'_>,
     model: &[usize],
+    may_change: bool,
 ) -> Option<Instead> {
     let problem = &linear.fitted.problem;
     let those = |stays: &dyn Fn(&Term) -> bool| -> Vec<usize> {
@@ -58,8 +61,7 @@ pub fn instead_of_blocks(
     let with_changes = those(&|term| term.is_effect() || term.change.is_some());
     let rows = those(&Term::is_effect);
     // Without structure autocorrelation is looked for in what is left in the end.
-    let is_white = |part: &Part| part.gauss_markov.iter().any(Option::is_none);
-    let has_structure = model.len() > rows.len() && problem.parts.iter().any(is_white);
+    let has_structure = model.len() > rows.len();
     let has_own_levels = problem.parts.iter().any(|part| !part.run_levels.is_empty());
     if !has_structure && has_own_levels {
         return None;
@@ -87,7 +89,9 @@ pub fn instead_of_blocks(
         let residuals = components(linear, &of_rows, kept, &mut |_, _| {});
         if has_structure {
             // What blocks explain in one measurand is no noise because that of another one is.
-            let all = autocorrelated(problem, &residuals);
+            let may_change =
+                |measurand: usize| may_change && of_rows.scale[measurand] <= FAR_BEYOND_STATED;
+            let all = autocorrelated(problem, &residuals, &may_change);
             let (mut gained, mut beyond, mut found) = (0.0, 0.0, Vec::new());
             for group in &groups {
                 let own = || group.measurands.iter().filter_map(|one| all.get(one));
@@ -219,20 +223,28 @@ fn by_blocks(
     groups
 }
 
-/// Gauss-Markov noise of the components of each measurand that have none, and by how much it raises the
-/// log likelihood, less its price.
+/// Gauss-Markov noise of the components of each measurand, and by how much it raises the log likelihood,
+/// less its price. Of one that has such noise another is taken: a fit with terms that went since then
+/// had absorbed a part of it.
 fn autocorrelated(
     problem: &Problem,
     components: &Components,
+    may_change: &(dyn Fn(usize) -> bool + Sync),
 ) -> BTreeMap<usize, (f64, Vec<OfComponent>)> {
     let of_component = |((part, measurand, row), runs): (&(usize, usize, usize), &Component)| {
-        if problem.parts[*part].gauss_markov[*row].is_some() {
+        let count: usize = runs.values().map(Vec::len).sum();
+        if count < LEAST_OF_COMPONENT {
             return None;
         }
-        let count: usize = runs.values().map(Vec::len).sum();
-        let (noise, own) = gauss_markov(runs).filter(|_| count >= LEAST_OF_COMPONENT)?;
-        let price = noise.processes().count() as f64 * (count as f64).ln();
-        Some((*measurand, (*part, *row, noise), own - price))
+        let (noise, own) = match problem.parts[*part].gauss_markov[*row] {
+            Some(_) if !may_change(*measurand) => return None,
+            Some(known) => gauss_markov_again(runs, known)?,
+            None => {
+                let (noise, own) = gauss_markov(runs)?;
+                (noise, own - price(noise, count))
+            }
+        };
+        Some((*measurand, (*part, *row, noise), own))
     };
     let found: Vec<(usize, OfComponent, f64)> =
         components.par_iter().filter_map(of_component).collect();

@@ -68,11 +68,16 @@ impl Linear {
         let candidates: Vec<_> = own.iter().map(|n| &self.candidates[*n]).collect();
         let signed = sign(problem, &candidates);
         let nominal = selection.columns(&[]);
-        let columns: Vec<(&Combination, Option<&Change>)> = {
+        let columns: Vec<(&Combination, Option<(&Change, Base)>)> = {
             let nominal = nominal.iter().map(|one| (one, None));
             let terms = model.iter().map(|term| &selection.terms[*term]);
-            let of_terms =
-                terms.flat_map(|term| term.columns.iter().map(|one| (one, term.appended())));
+            let of_terms = terms.flat_map(|term| {
+                let change = term.appended();
+                let bases = change.into_iter().flat_map(Change::bases).map(Some);
+                let bases = bases.chain(std::iter::repeat(None));
+                let columns = term.columns.iter().zip(bases);
+                columns.map(move |(one, base)| (one, change.zip(base)))
+            });
             nominal.chain(of_terms).chain([(selection.residual(), None)]).collect()
         };
         for (part, signatures) in signed.iter().enumerate() {
@@ -97,18 +102,21 @@ impl Linear {
                     let number = own.iter().position(|known| *known == base.candidate)?;
                     Some(touched.len() + of_candidates[number].get(base.signature)?)
                 };
-                let cell = |(one, change): &(&Combination, Option<&Change>)| -> Combination {
-                    match change {
-                        None => {
-                            let place = |(column, by): &(usize, f64)| Some((here[*column]?, *by));
-                            one.iter().filter_map(place).collect()
+                let cell =
+                    |(one, change): &(&Combination, Option<(&Change, Base)>)| -> Combination {
+                        match change {
+                            None => {
+                                let place =
+                                    |(column, by): &(usize, f64)| Some((here[*column]?, *by));
+                                one.iter().filter_map(place).collect()
+                            }
+                            Some((_, base)) => {
+                                local(base).map(|at| (at, 1.0)).into_iter().collect()
+                            }
                         }
-                        Some(change) => {
-                            local(&change.base).map(|at| (at, 1.0)).into_iter().collect()
-                        }
-                    }
-                };
-                cells.push(columns.iter().map(|one| (cell(one), one.1)).collect());
+                    };
+                let all = columns.iter();
+                cells.push(all.map(|one| (cell(one), one.1.map(|of| of.0))).collect());
                 of_bases.push(bases.iter().map(local).collect());
             }
             let first = self.sums.first_measurand[part];

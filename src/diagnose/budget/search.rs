@@ -11,7 +11,7 @@ use super::selection::exchange::Exchange;
 use super::selection::{Ranked, Selection};
 use super::terms::{Term, without};
 use crate::diagnose::price::ROUNDING;
-use crate::diagnose::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};
+use crate::diagnose::thresholds::{ENTER, MOST_ROWS, TIE};
 
 mod pair;
 
@@ -204,7 +204,7 @@ impl Selection<'_> {
         model
     }
 
-    /// Takes each block out once and lets effects grow in its place, and beside it.
+    /// Takes each block out once and lets effects grow in its place.
     fn without_wide_blocks(
         &mut self,
         mut model: Vec<usize>,
@@ -233,17 +233,6 @@ impl Selection<'_> {
                 log.push(format!("effects instead of {name} ({without:.1})"));
                 log.append(&mut steps);
                 model = grown;
-                continue;
-            }
-            let beside = self.beside_rows(&grown, block);
-            let (more, with) = self.pruned([grown, vec![beside]].concat(), &mut steps);
-            let with = with - evidence;
-            if with > SWAP && is_new(&more) {
-                log.push(format!("effects beside {name} ({with:.1})"));
-                log.append(&mut steps);
-                model = more;
-            } else if beside != block {
-                self.terms[block].may_enter = true;
             }
         }
         model

@@ -16,7 +16,7 @@ pub use self::ranked::Ranked;
 use super::sums::{Sums, Weighted};
 use super::terms::{Change, Combination, Term};
 use crate::diagnose::library::place::Place;
-use crate::diagnose::price::{Gain, ln_bayes_factor};
+use crate::diagnose::price::{Gain, ln_bayes_factor, ln_bayes_factor_of_any_noise};
 use crate::estimate::inverse_factor::Factor;
 
 mod combined;
@@ -260,6 +260,13 @@ impl<'a> Selection<'a> {
     /// The log Bayes factor of a change.
     pub fn ln_bayes_factor_of_change(&self, change: &Change) -> f64 {
         self.ln_bayes_factor_of_block(change.gain, change.members)
+    }
+
+    /// The same in so many readings with so much chi squared, also with the noise that they would have.
+    pub fn ln_bayes_factor_within(&self, change: &Change, count: f64, chi_squared: f64) -> f64 {
+        let gain = Gain { gain: change.gain.gain / chi_squared * count, ..change.gain };
+        let own = ln_bayes_factor_of_any_noise(gain, count, change.members, self.blocks);
+        own.min(self.ln_bayes_factor_of_change(change))
     }
 
     /// The log Bayes factor of a gain that is no effect's.

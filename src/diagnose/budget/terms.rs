@@ -27,8 +27,10 @@ pub struct Base {
 /// A change found beside a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
-    /// What changes.
+    /// What changes: its first column.
     pub base: Base,
+    /// How many columns of the candidate change together: one, but for a form over a covariate.
+    pub width: usize,
     /// Index of the run among all, and the first sample after the change.
     pub at: (usize, usize),
     /// The sample of that run before which it ends; `None` if it goes on to the end of the campaign.
@@ -57,6 +59,17 @@ impl Change {
             && near(self.at.1, other.at.1)
             && is_same_end
             && place(self) != place(other)
+    }
+
+    /// What its columns are, one after the other.
+    pub fn bases(&self) -> impl Iterator<Item = Base> + use<> {
+        let first = self.base;
+        (0..self.width).map(move |own| Base { signature: first.signature + own, ..first })
+    }
+
+    /// Whether it is a form over a covariate in a run, not another value.
+    pub fn is_form(&self) -> bool {
+        self.width > 1
     }
 
     /// Keeps of changes, best first, the first of each value from a moment on and in a stretch, and

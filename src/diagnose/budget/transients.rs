@@ -15,8 +15,9 @@ use crate::diagnose::thresholds::{ENTER, TIE};
 use crate::engine::Problem;
 use crate::statistics::{median_size, robust};
 
+use super::autocorrelation::Component;
 use super::linear::{Linear, Measurand};
-use super::noise::{Component, ReadingAt, components};
+use super::noise::{ReadingAt, components};
 use super::selection::{Ranked, Selection};
 
 /// Transients of a reading at most.

@@ -1,5 +1,7 @@
 //! The verdict, a pure function of what was found.
 
+use crate::diagnose::thresholds::FAR_BEYOND_STATED;
+
 /// What a diagnosis says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
@@ -41,10 +43,6 @@ impl Verdict {
         matches!(self, Self::PartlyExplained | Self::Unknown)
     }
 }
-
-/// Noise scale factor beyond which residuals are no noise: something is there, whatever form it
-/// has.
-pub const FAR_BEYOND_STATED: f64 = 5.0;
 
 /// What the verdict follows from.
 #[derive(Clone, Copy, Debug, Default)]

@@ -6,17 +6,15 @@
 //! so is what lasts to an end of a run, what a shift of the clock explains, and what comes back at
 //! the same place of an input or at the same time of a run.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
-use crate::engine::{Point, Problem};
+use crate::engine::Problem;
 use crate::estimate::residuals::Residuals;
 use crate::statistics::{median_size, upper_median};
 
 use super::left_out::{OfSamples, rare};
 use super::limits::{MOST_OUTLIERS, OUTLIER, limit};
 use super::places::comes_back;
-use super::shifted::Shifted;
 
 /// Readings so many robust standard deviations out are far out.
 pub(super) const TRIM: f64 = 4.5;
@@ -38,8 +36,8 @@ const WHOLE: f64 = 0.5;
 /// How far out the readings of a measurand in a run are: samples and robust standard deviations.
 type Sizes = Vec<(usize, f64)>;
 
-/// The bursts among residuals seen from a point that they do not bend.
-pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Residuals]) -> Vec<OfSamples> {
+/// The bursts among residuals seen from a fit that they do not bend.
+pub(super) fn bursts(problem: &Problem, all: &[Residuals]) -> Vec<OfSamples> {
     let mut found = Vec::new();
     for of_part in all.chunk_by(|a, b| a.part == b.part) {
         let measurands: Vec<&[Residuals]> = of_part.chunk_by(|a, b| a.of() == b.of()).collect();
@@ -62,9 +60,7 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Residuals]) -> Vec
             }
         }
     }
-    let mut found = rare(problem, found, |of, found| comes_back(problem, of, found));
-    without_shifts(problem, point, all, &mut found);
-    found
+    rare(problem, found, |of, found| comes_back(problem, of, found))
 }
 
 /// The bursts of one measurand: those of whole samples, and its own. `None` where so much remains far
@@ -106,22 +102,6 @@ fn is_offset(
         let medians = upper_median(&mut inside).zip(upper_median(&mut outside));
         medians.is_some_and(|(inside, outside)| (inside - outside).abs() > least)
     })
-}
-
-/// Takes stretches of whole samples that a shift of the clock explains from bursts. From one
-/// measurand that is wrong for a while nothing follows about the clock.
-fn without_shifts(problem: &Problem, point: &Point, all: &[Residuals], found: &mut Vec<OfSamples>) {
-    let runs: BTreeSet<(usize, usize)> = found.iter().map(|(of, _)| (of.part, of.run)).collect();
-    for (p, run) in runs {
-        let shifted = Shifted::new(problem, (p, run), point, all);
-        let others = found.clone();
-        found.retain(|(of, samples)| {
-            let same = |one: &&OfSamples| (one.0.part, one.0.run, &one.1) == (p, run, samples);
-            let is_of_several = others.iter().filter(same).count() > 1;
-            let is_own = (of.part, of.run) == (p, run);
-            !(is_own && is_of_several && shifted.is_of_the_clock(samples))
-        });
-    }
 }
 
 /// The sizes of a measurand's readings in a run, of the component that is farthest out.

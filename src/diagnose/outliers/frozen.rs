@@ -24,8 +24,10 @@ use super::suspects::{Suspect, without_suspects};
 
 /// Fewer repeats are none.
 const FEWEST: usize = 3;
-/// The prediction moves on by so many standard deviations of a residual's changes.
+/// The prediction moves on by so many standard deviations of a residual's changes; by fewer from a long
+/// stretch while inputs move, which chance does not repeat.
 const MOVED: f64 = 20.0;
+const MOVED_FROM_LONG: f64 = 10.0;
 /// So many times less must the variance factor of a fit without long repeats be to judge them.
 const FAR_SMALLER: f64 = 4.0;
 /// The reading after the repeats is back within this part of that.
@@ -79,15 +81,15 @@ fn frozen(problem: &Problem, all: &[Residuals], long: &[OfSamples]) -> Vec<OfSam
         let (p, measurand) = own[0].of();
         let part = &problem.parts[p];
         let repeats = repeats(part, measurand);
-        let least = |one: &Residuals| MOVED * change(one, &repeats).max(part.sigma[measurand]);
-        let least: Vec<f64> = own.iter().map(least).collect();
+        let deviation = |one: &Residuals| change(one, &repeats).max(part.sigma[measurand]);
+        let deviations: Vec<f64> = own.iter().map(deviation).collect();
         for (run, repeats) in repeats.iter().enumerate() {
             for Repeated { samples, .. } in repeats.iter().filter(|one| one.readings >= FEWEST) {
-                let is_left = own
-                    .iter()
-                    .zip(&least)
-                    .any(|(one, least)| is_left_behind(&one.runs[run], samples, *least));
                 let of = (own[0].in_run(run), samples.clone());
+                let by = if long.contains(&of) { MOVED_FROM_LONG } else { MOVED };
+                let is_left = own.iter().zip(&deviations).any(|(one, deviation)| {
+                    is_left_behind(&one.runs[run], samples, by * deviation)
+                });
                 if is_left { frozen.push(of) } else { beside.push(of) }
             }
         }

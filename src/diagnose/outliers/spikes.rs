@@ -55,16 +55,16 @@ pub(super) fn without_spikes(nominal: &Calibration, options: &Options) -> Cleane
         return Ok(None);
     };
     let mut rest = whole.clone();
-    let found = spikes_out(&mut rest, &point, &seen);
+    let found = spikes_out(&mut rest, &seen);
     if found.is_empty() {
         return Ok(None);
     }
     Ok(if_sound(nominal, calibrate_near(rest, &point, options)?, found))
 }
 
-/// Leaves bursts and spikes out that are seen from a point that they do not bend, and lists them.
-fn spikes_out(problem: &mut Problem, point: &Point, seen: &[Residuals]) -> LeftOut {
-    let bursts = bursts(problem, point, seen);
+/// Leaves bursts and spikes out that are seen from a fit that they do not bend, and lists them.
+fn spikes_out(problem: &mut Problem, seen: &[Residuals]) -> LeftOut {
+    let bursts = bursts(problem, seen);
     let stretches = stretches_out(problem, seen, &bursts, Wrong::FarOut);
     let others: Vec<Residuals> = seen.iter().map(|one| without(one, &bursts)).collect();
     let most = |one: &Residuals| {
@@ -97,7 +97,7 @@ impl Spikes {
         let before = Records::of(problem);
         self.records.put_into(problem);
         let seen = seen_from(problem, point);
-        let found = spikes_out(problem, point, &seen);
+        let found = spikes_out(problem, &seen);
         let is_same = places(&found) == places(&self.left_out);
         if is_same {
             before.put_into(problem);

@@ -77,7 +77,19 @@ impl Sequence {
         Self::new(part.runs.iter().zip(left).map(of_run).collect())
     }
 
-    /// Variance, and logarithm of the likelihood, with a correlated part.
+    /// By how much a correlated part raises the logarithm of the likelihood.
+    pub(crate) fn gained_by(&self, noise: GaussMarkov) -> f64 {
+        self.with(noise).1 - self.of_white().1
+    }
+
+    /// Variance, and logarithm of the likelihood, of white noise.
+    fn of_white(&self) -> (f64, f64) {
+        let squares = self.runs.iter().flatten().map(|(_, value)| value * value).sum::<f64>();
+        let variance = squares / self.count.max(1) as f64;
+        (variance, -0.5 * self.count as f64 * variance.ln())
+    }
+
+    /// The same with a correlated part.
     fn with(&self, noise: GaussMarkov) -> (f64, f64) {
         let (mut squares, mut weights) = (0.0, 0.0);
         // Weights mostly are the same from sample to sample.
@@ -161,8 +173,7 @@ fn noise_of(processes: [(f64, f64); 2]) -> GaussMarkov {
 
 /// The level and the correlated part of largest likelihood.
 pub(crate) fn likeliest(sequence: &Sequence) -> Likeliest {
-    let squares = sequence.runs.iter().flatten().map(|(_, value)| value * value).sum::<f64>();
-    let variance = squares / sequence.count.max(1) as f64;
+    let (variance, of_white) = sequence.of_white();
     let white = Likeliest { variance, noise: None, gained: 0.0 };
     let longest = LONGEST * sequence.duration;
     let is_timed = sequence.interval > 0.0 && longest > sequence.interval;
@@ -176,7 +187,6 @@ pub(crate) fn likeliest(sequence: &Sequence) -> Likeliest {
     let alone = |time| SHARES.map(|share| [(share / (1.0 - share), time), NONE]);
     let Some(one) = best_of(&mut sequence.times().flat_map(alone)) else { return white };
     let one = one.refined(sequence);
-    let of_white = -0.5 * sequence.count as f64 * variance.ln();
     if one.likelihood - of_white <= SURE {
         return white;
     }

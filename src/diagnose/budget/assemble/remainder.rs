@@ -132,6 +132,7 @@ impl Budget<'_> {
         };
         let unit = match &term.change {
             Some(_) if term.in_fit => self.linear.size(term.columns.first()?.first()?.0, 0.0)?.unit,
+            Some(change) if change.is_form() => return None,
             Some(change) => of_block(change.base.candidate, change.base.signature)?,
             // Of a fixed value that is wrong.
             None if term.place.as_ref()?.stated().is_some() => of_block(term.candidate, 0)?,

@@ -147,6 +147,7 @@ impl Linear {
                 let best = of_runs.map(|(of_runs, _)| of_runs).or(best);
                 let moment = best.map(|(gain, bin)| Change {
                     base: *base,
+                    width: 1,
                     at: bins[bin],
                     end: None,
                     gain: Gain { gain, degrees: 1 },
@@ -260,6 +261,6 @@ impl Linear {
         }
         let gain = Gain { gain: most, degrees: 1 };
         let (at, end) = (bins[from], Some(end_of(run, to)));
-        Some(Change { base, at, end, gain, members: tried })
+        Some(Change { base, width: 1, at, end, gain, members: tried })
     }
 }

@@ -44,6 +44,7 @@ impl Linear {
             let column = self.sums.column_at(run, self.place_of(run, base)?)?;
             let change = Change {
                 base,
+                width: 1,
                 at: (run, 0),
                 end: Some(self.fitted.problem.samples_in(run)),
                 gain: Gain::default(),

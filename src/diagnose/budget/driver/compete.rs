@@ -31,28 +31,13 @@ impl Search<'_> {
     /// Rows, blocks and change points compete, and rows are judged. `None` where nominal parameters
     /// are not determined.
     pub(super) fn compete(&mut self) -> Result<Option<Competed>, FitError> {
-        let settled = self.settled.take();
-        if settled.is_some() {
-            self.scanned.effects = std::mem::take(&mut self.members);
-        }
         let linear =
             Linear::new(self.fitted.clone(), &self.rows, &self.wanted, true, &mut self.scanned);
         // The fit may be another one when this is called again.
-        self.members = std::mem::take(&mut self.scanned.effects);
+        self.scanned.effects.clear();
         let Some(mut linear) = linear else { return Ok(None) };
         linear.without_own_covariates(&self.no_covariates);
-        let known = match settled {
-            Some(settled) => {
-                linear.with_changes(&linear.known_changes(&self.changes));
-                let mut selection = self.selection(&linear);
-                let Some(model) = settled.here(&linear, &mut selection) else {
-                    return self.compete();
-                };
-                Some((model, selection.scale))
-            }
-            None => self.searched(&mut linear)?,
-        };
-        let Some((model, scale)) = known else { return self.compete() };
+        let Some((model, scale)) = self.searched(&mut linear)? else { return self.compete() };
         let mut selection = self.selection(&linear);
         selection.adopt_scale(&scale);
         let pools = Pools::of(&selection);
@@ -76,6 +61,7 @@ impl Search<'_> {
         }
         let mut scale: Vec<f64> = Vec::new();
         let mut instead = None;
+        let may_change = self.may_change_noise();
         for round in 0..=CHANGE_ROUNDS {
             let mut selection = self.selection(linear);
             let pools = Pools::of(&selection);
@@ -86,7 +72,7 @@ impl Search<'_> {
                 return Ok(None);
             }
             if round < CHANGE_ROUNDS && selection.has_most_blocks(&model) {
-                instead = instead_of_blocks(linear, &selection, &model);
+                instead = instead_of_blocks(linear, &selection, &model, may_change);
                 if instead.is_some() {
                     // The model may have blocks that were reduced beside rows.
                     linear.terms = selection.terms;
@@ -105,7 +91,7 @@ impl Search<'_> {
         self.changes = linear.changes_in(&model);
         let mut selection = self.selection(linear);
         selection.adopt_scale(&scale);
-        let instead = instead.or_else(|| instead_of_blocks(linear, &selection, &model));
+        let instead = instead.or_else(|| instead_of_blocks(linear, &selection, &model, may_change));
         let Some(noise) = instead else { return Ok(Some((model, scale))) };
         if matches!(noise, Instead::Autocorrelated(_)) {
             // What is wrong in one reading would be in the predictions of those behind it.

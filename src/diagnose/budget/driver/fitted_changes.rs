@@ -34,7 +34,8 @@ impl Search<'_> {
             .zip(selection.ranges(model))
             .filter_map(|((term, gain), range)| {
                 let own = &selection.terms[*term];
-                Some((gain, own, own.appended()?, values[range.start]))
+                let change = own.appended().filter(|one| !one.is_form())?;
+                Some((gain, own, change, values[range.start]))
             })
             .filter(|(gain, ..)| gain.gain >= LARGE_CHANGE)
             .collect();

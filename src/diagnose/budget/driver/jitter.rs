@@ -81,7 +81,7 @@ impl Search<'_> {
         let mut plain = linear.clone();
         plain.fitted.problem.set_random(&known.parameter, 0.0);
         plain.fitted.problem.reweight(&linear.fitted.fit.point);
-        let found = noise(&plain, &selection, &judged.model, &self.outliers).jitter;
+        let found = noise(&plain, &selection, &judged.model, &self.outliers, false).jitter;
         drop(selection);
         let Some(Jitter { variance, sigma, score }) = found else { return Ok(None) };
         let value = variance.sqrt();

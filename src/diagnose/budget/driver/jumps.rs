@@ -55,6 +55,7 @@ impl Linear {
         let change = |(candidate, place, _): (usize, &Place, &str)| {
             let change = Change {
                 base: Base { candidate, signature: 0 },
+                width: 1,
                 at: (run, jump.samples.start),
                 end: Some(jump.samples.end),
                 gain: Gain::default(),

@@ -7,14 +7,17 @@ use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::neighbours::without_shared;
 use crate::diagnose::budget::noise::{Outlier, few_are_far, leave_out, noise};
 use crate::diagnose::budget::noise_of_runs::OfRun;
+use crate::diagnose::budget::noise_or_blocks::OfComponent;
 use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::variant::Variant;
-use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::gram::LeastSquares;
 use crate::estimate::batch::FitError;
 
 use super::{Competed, Search};
+
+/// How often autocorrelated noise is estimated anew.
+const NOISE_CHANGES: usize = 2;
 
 impl Search<'_> {
     /// Takes what is found in the noise into the problem; whether there was something.
@@ -23,7 +26,8 @@ impl Search<'_> {
         let selection = self.selection_of(competed);
         let whole = self.with_all_readings(linear);
         let all = whole.as_ref().unwrap_or(linear);
-        let mut found = noise(all, &selection, &judged.model, &self.outliers);
+        let may_change = self.may_change_noise();
+        let mut found = noise(all, &selection, &judged.model, &self.outliers, may_change);
         without_shared(&mut found.outliers, all, &selection, &judged.model);
         few_are_far(&mut found.outliers);
         drop(selection);
@@ -94,12 +98,20 @@ impl Search<'_> {
         Some(whole)
     }
 
+    /// Whether autocorrelated noise may be estimated anew.
+    pub(super) fn may_change_noise(&self) -> bool {
+        self.noise_changes < NOISE_CHANGES
+    }
+
     /// Goes on with autocorrelated noise.
     pub(super) fn take_autocorrelation(
         &mut self,
         mut fitted: Fitted,
-        found: &[(usize, usize, GaussMarkov)],
+        found: &[OfComponent],
     ) -> Result<(), FitError> {
+        let parts = &fitted.problem.parts;
+        let is_known = |one: &OfComponent| parts[one.0].gauss_markov[one.1].is_some();
+        self.noise_changes += usize::from(found.iter().any(is_known));
         for (part, row, noise) in found {
             for one in noise.processes() {
                 self.log.push(format!(
@@ -238,9 +250,6 @@ impl Search<'_> {
         }
         self.seen.push(names);
         let selection = self.selection_of(competed);
-        if enter.is_empty() && !relaxed {
-            self.settled = self.settled(competed, &leave);
-        }
         let mut fitted = linear.fitted.clone();
         fitted = self.without_rows(&leave, linear, fitted)?;
         for term in &enter {

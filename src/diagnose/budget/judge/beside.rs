@@ -8,7 +8,7 @@ use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::solved::Solved;
 use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::price::Gain;
-use crate::diagnose::thresholds::{ENTER, TIE, ZERO};
+use crate::diagnose::thresholds::{ENTER, TIE, ZERO, ZERO_OF_OWN};
 use crate::statistics::ln_chi_squared;
 
 /// Share of the squared length of a row's form that a block leaves, below which it has this form.
@@ -78,14 +78,6 @@ impl Selection<'_> {
         })
     }
 
-    /// How much of the squared length of a row's form the blocks of the model leave to it.
-    pub(super) fn own_share(&self, model: &[usize], at: usize) -> f64 {
-        let others = without(model, model[at]);
-        let rows = self.rows_of(&others);
-        let length = |beside: &[usize]| self.form_left(beside, model, model[at]);
-        length(&others) / length(&rows).max(f64::MIN_POSITIVE)
-    }
-
     /// Rows whose values beside the whole blocks of the model are consistent with zero, by their place,
     /// with the chi squared of these values.
     pub(super) fn lost_in_remainder(
@@ -110,7 +102,8 @@ impl Selection<'_> {
         };
         let all = rows.into_iter().filter_map(|at| Some((at, chi_squared(at)?)));
         let may_be_zero = |at: &usize, chi_squared: &f64| {
-            ln_chi_squared(*chi_squared, solved.terms[*at].len()) > ln_chi_squared(ZERO, 1)
+            let zero = if self.terms[model[*at]].is_own { ZERO_OF_OWN } else { ZERO };
+            ln_chi_squared(*chi_squared, solved.terms[*at].len()) > ln_chi_squared(zero, 1)
         };
         all.filter(|(at, chi_squared)| may_be_zero(at, chi_squared)).collect()
     }

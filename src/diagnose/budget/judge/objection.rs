@@ -10,10 +10,6 @@ pub enum Objection {
     HeldOut(f64),
     /// It is too small for a name beside what else there is.
     Small(f64),
-    /// It gains more beside the blocks than without them.
-    Borrowed,
-    /// Its form lies within the remainder.
-    WithinRemainder(f64),
     /// Beside the whole remainder its value is consistent with zero: chi squared.
     MayBeZero(f64),
     /// Its values differ between groups of readings.
@@ -37,8 +33,6 @@ impl Objection {
         match self {
             Self::HeldOut(_) => "fails_on_held_out",
             Self::Small(_) => "too_small",
-            Self::Borrowed => "corrects_the_remainder",
-            Self::WithinRemainder(_) => "within_the_remainder",
             Self::MayBeZero(_) => "consistent_with_zero",
             Self::Apart(..) => "differs_between_groups",
             Self::Replaced(_) => "unmodelled_fits_as_well",

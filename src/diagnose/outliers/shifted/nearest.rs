@@ -36,10 +36,4 @@ impl Shifted<'_> {
         // Of those that fit as well as the best.
         refined.iter().find(|one| !is_worse(one.1, best, one.2)).map(|one| one.0)
     }
-
-    /// Whether some shift of the clock carries a stretch back among the others.
-    pub(in crate::diagnose::outliers) fn is_of_the_clock(&self, samples: &Range<usize>) -> bool {
-        let mut grids = self.grids((0.0, self.reach as f64), samples, self.reach + 4);
-        grids.any(|(_, free, count)| count > 0.0 && free <= NEAR * count)
-    }
 }
