@@ -75,15 +75,13 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
         ));
     }
     let leaves_out = left_out::is_any(diagnosis) && diagnosis.verdict.is_made();
-    if !diagnosis.rows.is_empty() || leaves_out {
+    // Beside a remainder such weights would take it for noise, and what rows do with it.
+    let noise = weights(diagnosis).filter(|_| !diagnosis.verdict.has_remainder());
+    if !diagnosis.rows.is_empty() || leaves_out || noise.is_some() {
         let rows = diagnosis.rows.iter().map(|one| format!("--with {}", one.name));
         let members = diagnosis.rows.iter().flat_map(|row| members(diagnosis, row, asked));
         let folder = asked.out.unwrap_or("DIR");
         let leave_out = leaves_out.then(|| format!("--leave-out {folder}/left_out.csv"));
-        // Beside a remainder such weights would take it for noise, and what rows do with it.
-        let is_autocorrelated =
-            !diagnosis.autocorrelation.is_empty() && !diagnosis.verdict.has_remainder();
-        let noise = is_autocorrelated.then(|| "--noise autocorrelated".to_owned());
         let mut members: Vec<String> = members.collect();
         let mut seen = HashSet::new();
         members.retain(|member| seen.insert(member.clone()));
@@ -95,7 +93,7 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
             .chain(rows)
             .chain(members)
             .chain(leave_out)
-            .chain(noise)
+            .chain(noise.map(str::to_owned))
             .collect();
         let calibrate = format!("`homepoint calibrate {campaigns} {}`\n", options.join(" "));
         if leaves_out && asked.out.is_none() {
@@ -115,6 +113,15 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
     }
     text.push_str(&of_remainder(diagnosis, leaves_out));
     text
+}
+
+/// The option of `calibrate` whose uncertainties count noise of another form: in the weights where it is
+/// autocorrelated; whatever it is like in each run where it differs between runs.
+fn weights(diagnosis: &Diagnosis) -> Option<&'static str> {
+    if !diagnosis.autocorrelation.is_empty() {
+        return Some("--noise autocorrelated");
+    }
+    diagnosis.levels.iter().any(|one| one.run.is_some()).then_some("--noise sandwich")
 }
 
 /// Options that state the members of a row's families as they were found, but for those that are

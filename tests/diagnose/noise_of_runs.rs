@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::report::diagnosis_text;
 
 use crate::found::told;
 use crate::stream::Stream;
@@ -45,6 +46,8 @@ fn a_short_run_has_noise_of_its_own() {
         let [own] = &own[..] else { panic!("{seed}: {}", told(&found)) };
         assert_eq!(own.run.as_deref(), Some("pass_3"));
         assert!((1.9..4.2).contains(&own.factor), "{seed}: {own:?}");
+        let text = diagnosis_text::text("", &found, &diagnosis_text::Asked::default());
+        assert!(text.contains("calibrate CAMPAIGN --noise sandwich"), "{text}");
     }
 }
 
