@@ -11,7 +11,6 @@ use crate::diagnose::evidence::scan::{scan, scan_all};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::offer::Offer;
-use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::library::relaxed::with_variants;
 use crate::diagnose::library::structure::over_values;
 use crate::diagnose::library::variant::Variant;
@@ -186,15 +185,15 @@ impl Linear {
         let whole = if rows.is_empty() { 0.0 } else { selection.whole_form_left(&[], &rows) };
         let mut out = Vec::new();
         for (number, term) in self.terms.iter().enumerate() {
-            let Some(place @ Place { of, covariate, .. }) = &term.place else { continue };
+            let Some(place) = &term.place else { continue };
             let takes = |row: &usize| {
                 let left = selection.form_left(&[number], &rows, *row);
                 left < OWN_COVARIATE * selection.form_left(&[], &rows, *row)
             };
             let takes_all = || selection.whole_form_left(&[number], &rows) < OWN_COVARIATE * whole;
-            let is_of_itself =
-                matches!(of, Of::Measurand(name) if covariate.contains(name.as_str()));
-            if no_covariates.has(place) || is_of_itself && (takes_all() || rows.iter().any(takes)) {
+            if no_covariates.has(place)
+                || place.is_over_itself() && (takes_all() || rows.iter().any(takes))
+            {
                 out.push(number);
             }
         }

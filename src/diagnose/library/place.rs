@@ -104,6 +104,11 @@ impl Place {
         self.covariate == RUN
     }
 
+    /// Whether it is an error of a reading over that reading.
+    pub(in crate::diagnose) fn is_over_itself(&self) -> bool {
+        matches!(&self.of, Of::Measurand(name) if self.covariate.contains(name.as_str()))
+    }
+
     /// Whose readings have another delay in each run: a measurand, or all readings.
     pub fn delayed_by_run(&self) -> Option<&str> {
         let Of::Channel(channel) = &self.of else { return None };

@@ -31,6 +31,7 @@ pub(in crate::diagnose) fn compared_delays(
         if part.runs.len() != given.runs.len() {
             part.run_levels.clear();
             part.smoothing_sigma.clone_from(&given.smoothing_sigma);
+            part.has_stream_noise = given.has_stream_noise;
         }
         part.runs.clone_from(&given.runs);
     }

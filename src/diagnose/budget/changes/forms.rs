@@ -35,7 +35,11 @@ impl Linear {
     /// For each run that scatters more than the others the form over a covariate that explains most
     /// there, where it is worth its price beside the noise that the run would have with it.
     pub(super) fn forms_in_runs(&self, selection: &Selection<'_>, model: &[usize]) -> Vec<Change> {
-        let noisy = self.noisy_runs(selection, model);
+        // A run alone scatters like itself.
+        let noisy = match self.order.len() {
+            0 | 1 => Vec::new(),
+            _ => self.noisy_runs(selection, model),
+        };
         if noisy.is_empty() {
             return Vec::new();
         }
@@ -90,7 +94,8 @@ impl Linear {
                 };
                 let own = selection.ln_bayes_factor_within(&change, noisy.count, noisy.chi_squared);
                 // An input does as much as the reading that follows it.
-                let less = if term.place.as_ref().is_some_and(is_over_itself) { TIE } else { 0.0 };
+                let less =
+                    if term.place.as_ref().is_some_and(Place::is_over_itself) { TIE } else { 0.0 };
                 (own - less, change)
             };
             let best = forms.iter().map(of_form).max_by(|a, b| a.0.total_cmp(&b.0));
@@ -124,9 +129,4 @@ fn is_form(term: &Term) -> bool {
         && term.change.is_none()
         && term.candidate != usize::MAX
         && term.place.as_ref().is_some_and(is_of_reading)
-}
-
-/// Whether it is over the reading itself.
-fn is_over_itself(place: &Place) -> bool {
-    matches!(&place.of, Of::Measurand(name) if place.covariate.contains(name.as_str()))
 }
