@@ -23,21 +23,37 @@ impl Problem {
         self.parts[part].runs[run].record.len()
     }
 
-    /// For each run its place in the order of campaigns and, in each, of time.
+    /// For each run its place in the order of campaigns and, in each, of time. Where times overlap a clock began
+    /// anew: the setups follow each other as they are stated, or the runs where those of one setup overlap.
     pub fn order_in_time(&self) -> Vec<usize> {
-        let first = |run: &usize| {
-            let (part, own) = self.run_at(*run);
-            (part, self.parts[part].runs[own].record.first_time().unwrap_or(0.0))
-        };
-        let runs = self.parts.iter().map(|part| part.runs.len()).sum();
-        let mut sorted: Vec<usize> = (0..runs).collect();
-        sorted.sort_by(|a, b| {
-            let (a, b) = (first(a), first(b));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
-        let mut order = vec![0; runs];
+        let mut sorted: Vec<usize> = Vec::new();
+        for (part, data) in self.parts.iter().enumerate() {
+            let time = |run: &usize| data.runs[*run].record.first_time().unwrap_or(0.0);
+            let mut runs: Vec<usize> = (0..data.runs.len()).collect();
+            runs.sort_by(|a, b| time(a).total_cmp(&time(b)));
+            if self.overlap(part, &runs) {
+                runs.sort_by_key(|run| data.runs[*run].setup);
+                let mut setups = runs.chunk_by(|a, b| data.runs[*a].setup == data.runs[*b].setup);
+                if setups.any(|own| self.overlap(part, own)) {
+                    runs.sort_unstable();
+                }
+            }
+            sorted.extend(runs.into_iter().map(|run| self.run_index(part, run)));
+        }
+        let mut order = vec![0; sorted.len()];
         sorted.into_iter().enumerate().for_each(|(place, run)| order[run] = place);
         order
+    }
+
+    /// Whether some of these runs of a campaign begin before the one before them has ended.
+    fn overlap(&self, part: usize, runs: &[usize]) -> bool {
+        let times = |run: &usize| self.parts[part].runs[*run].record.ends(|samples| &samples.time);
+        let mut latest = f64::NEG_INFINITY;
+        runs.iter().filter_map(times).any(|[start, end]| {
+            let is_before = start < latest;
+            latest = latest.max(end);
+            is_before
+        })
     }
 
     /// Whether some run begins after another one has ended, in the reference time.

@@ -244,14 +244,25 @@ fn fit_with_levels(
         return Ok((fit(problem, start, options)?, Vec::new()));
     }
     variance::start_levels(problem, &unknown);
-    let mut best = fit(problem, start, options)?;
+    let first = fit(problem, start, options)?;
+    settle_levels(problem, first, &unknown, options)
+}
+
+/// Estimates noise levels from a fit, fits again, until the levels stand.
+pub(crate) fn settle_levels(
+    problem: &mut Problem,
+    first: Fit<Point>,
+    unknown: &[variance::Unknown],
+    options: &Options,
+) -> Result<(Fit<Point>, Vec<variance::Level>), FitError> {
+    let mut best = first;
     let mut iterations = best.iterations;
     let mut levels = Vec::new();
     for _ in 0..NOISE_ROUNDS {
         if best.outcome == Outcome::NotFinite {
             break;
         }
-        let Some((found, change)) = variance::estimate(problem, &mut best.point, &unknown) else {
+        let Some((found, change)) = variance::estimate(problem, &mut best.point, unknown) else {
             best.outcome = Outcome::NotFinite;
             break;
         };

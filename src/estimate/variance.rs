@@ -185,7 +185,8 @@ pub fn estimate(
     Some((levels, change))
 }
 
-fn current(problem: &Problem, point: &Point, unknown: &Unknown) -> f64 {
+/// The present value of a level.
+pub(crate) fn current(problem: &Problem, point: &Point, unknown: &Unknown) -> f64 {
     match unknown {
         Unknown::Random(name) => problem
             .parts

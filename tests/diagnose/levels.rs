@@ -68,3 +68,41 @@ fn places_that_do_not_differ_have_noise() {
         }
     }
 }
+
+/// A weight at twelve marks in rows and columns, in rounds of an order of their own; at one of them the plate
+/// gives way, if at all.
+fn marks(error: f64, seed: u64) -> Diagnosis {
+    let mut random = Stream(seed);
+    let model = "name = \"plate\"\ntitle = \"Plate\"\n\
+                 [inputs]\nx = { unit = \"m\" }\ny = { unit = \"m\" }\n\
+                 [parameters]\nzero = { unit = \"N\" }\nslope_x = { unit = \"N/m\" }\nslope_y = { unit = \"N/m\" }\n\
+                 [measurands]\ncell = { value = 'zero + slope_x * x + slope_y * y', unit = \"N\" }\n";
+    let campaign = "title = \"Plate\"\nmodel = \"plate.toml\"\n[measurands]\ncell = { sigma = \"0.1 N\" }\n\
+                    [[runs]]\nname = \"marks\"\ndata = \"marks.csv\"\n";
+    let mut log = "x [m],y [m],cell [N]\n".to_owned();
+    for _ in 0..8 {
+        let mut order: Vec<(f64, u32)> = (0..12).map(|at| (random.normal(), at)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, at) in order {
+            let (x, y) = (0.1 * f64::from(at % 4), 0.15 * f64::from(at / 4));
+            let own = if at == 6 { error } else { 0.0 };
+            let read = 40.0 + 70.0 * x - 30.0 * y + own + 0.1 * random.normal();
+            writeln!(log, "{x},{y},{read:.3}").unwrap();
+        }
+    }
+    let files = [("plate.toml", model), ("campaign.toml", campaign), ("marks.csv", &log)];
+    diagnosed(&files.map(|(name, text)| (name.to_owned(), text.to_owned())))
+}
+
+/// What one place of a plane does is over both of its axes together, and is no noise.
+#[test]
+fn one_mark_of_a_plane_has_an_error_of_its_own() {
+    for seed in 1..=3 {
+        let found = marks(0.5, seed);
+        assert_eq!(found.verdict, Verdict::Unknown, "{seed}: {}", told(&found));
+        let [part] = &found.remainder[..] else { panic!("{}", told(&found)) };
+        assert_eq!(part.place.words, "an error of `cell` over x and y together", "{seed}");
+        let found = marks(0.0, seed);
+        assert_eq!(found.verdict, Verdict::Adequate, "{seed}: {}", told(&found));
+    }
+}

@@ -17,6 +17,7 @@ mod effects_in_readings;
 mod functions;
 mod lane_math;
 mod lanes;
+mod order_of_runs;
 mod seed_models;
 mod signatures;
 mod simulated_effects;

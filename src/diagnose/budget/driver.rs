@@ -30,6 +30,7 @@ mod fitted_changes;
 mod forward;
 mod jitter;
 mod jumps;
+mod levels;
 mod members;
 mod relax;
 mod spikes;
@@ -186,6 +187,7 @@ impl Search<'_> {
         Ok(self.take_implausible(competed)?
             || self.take_out_curved(competed)?
             || self.take_beyond_linear(competed)?
+            || self.take_levels(competed)?
             || self.take_noise(competed)?
             || self.take_rows(competed)?
             || self.take_curved(competed)?

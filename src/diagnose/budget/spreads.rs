@@ -1,11 +1,12 @@
 //! How the values of inputs are spread: places at which a line bends or has values of its own, and which
 //! inputs go in proportion.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use indexmap::IndexMap;
 
-use crate::diagnose::library::structure::spread::Spread;
+use crate::diagnose::library::structure::spread::{Pairs, Spread};
 use crate::engine::Problem;
 
 use super::labels::each_input;
@@ -23,7 +24,7 @@ const MOST_PLACES: usize = 16;
 /// The same of a block for inputs with more places, and the readings of each on average at least.
 const MOST_LEVELS: usize = 48;
 const READINGS_OF_A_LEVEL: usize = 2;
-/// Visits of most parts of an input with still more places at least.
+/// Visits of most parts of an input with still more places at least, and of most pairs of places.
 const VISITS_OF_A_LEVEL: usize = 3;
 /// Inputs beside which such parts are made at most: of many, one follows another along each path.
 const FEW_INPUTS: usize = 4;
@@ -38,6 +39,7 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
         all.extend(here);
     });
     let alike: Vec<Vec<String>> = values.values().map(|one| alike(one, &values)).collect();
+    let mut pairs = pairs(&values);
     let are_few = values.len() <= FEW_INPUTS;
     let spread = values.into_iter().zip(alike);
     spread
@@ -64,7 +66,9 @@ pub(super) fn spreads(problem: &Problem) -> Vec<Spread> {
             }
             let inner = places.len().checked_sub(1)?;
             let knots = places.get(1..inner).filter(|knots| !knots.is_empty())?.to_vec();
-            Some(Spread::of_knots(name, knots, span).with_levels(levels).with_alike(alike))
+            let pairs = pairs.swap_remove(&name).unwrap_or_default();
+            let spread = Spread::of_knots(name, knots, span).with_pairs(pairs);
+            Some(spread.with_levels(levels).with_alike(alike))
         })
         .collect()
 }
@@ -109,6 +113,46 @@ fn scatter(of: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
     mean(of.map(|one| (one.0 - x).powi(2) + (one.1 - y).powi(2)))
 }
 
+/// For each of some inputs that have few places the pairs with those of the inputs behind it, where there are
+/// more of them than places of either and most were visited several times: what comes back with a pair is no
+/// noise, and of what was done once nothing does.
+fn pairs(all: &IndexMap<String, (bool, Vec<f64>)>) -> IndexMap<String, Vec<Pairs>> {
+    let few = |(name, (_, values)): (&String, &(bool, Vec<f64>))| {
+        let mut sorted = values.clone();
+        sorted.sort_by(f64::total_cmp);
+        let places = distinct(&sorted, sorted.last()? - sorted.first()?);
+        let at = |value: &f64| places.partition_point(|place| place <= value).saturating_sub(1);
+        let at: Vec<usize> = values.iter().map(at).collect();
+        (3..=MOST_PLACES).contains(&places.len()).then_some((name.clone(), places, at))
+    };
+    let few: Vec<(String, Vec<f64>, Vec<usize>)> = all.iter().filter_map(few).collect();
+    let of = |(number, (name, places, at)): (usize, &(String, Vec<f64>, Vec<usize>))| {
+        let pair = |(other, theirs, there): &(String, Vec<f64>, Vec<usize>)| {
+            let mut visits: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+            let mut last = None;
+            for here in at.iter().zip(there).map(|(own, other)| [*own, *other]) {
+                if last.replace(here) != Some(here) {
+                    *visits.entry(here).or_default() += 1;
+                }
+            }
+            let mut counts: Vec<usize> = visits.values().copied().collect();
+            counts.sort_unstable();
+            let is_more = visits.len() > places.len().max(theirs.len());
+            let is_visited =
+                counts.get(counts.len() / 2).is_some_and(|own| *own >= VISITS_OF_A_LEVEL);
+            // Inputs with gaps of their own have no pairs.
+            let is_whole = at.len() == there.len();
+            (is_whole && is_more && is_visited && visits.len() <= MOST_LEVELS).then(|| Pairs {
+                other: other.clone(),
+                places: [places.clone(), theirs.clone()],
+                visited: visits.into_keys().collect(),
+            })
+        };
+        (name.clone(), few[number + 1..].iter().filter_map(pair).collect())
+    };
+    few.iter().enumerate().map(of).collect()
+}
+
 /// The places among values in order that go over a span.
 fn distinct(sorted: &[f64], span: f64) -> Vec<f64> {
     let mut places = sorted.to_vec();
@@ -149,6 +193,22 @@ fn parts(in_order: Vec<f64>, (first, span): (f64, f64)) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Marks in rows and columns are pairs where they are visited again; those of one visit, and those of which
+    /// each has a place of its own on either axis, are none.
+    #[test]
+    fn pairs_are_those_that_are_visited_again() {
+        let of = |rounds: u32, at: fn(u32) -> [u32; 2]| {
+            let marks = || (0..rounds).flat_map(|_| (0..12).map(at));
+            let axis = |k: usize| (false, marks().map(|mark| f64::from(mark[k])).collect());
+            let all = [("x", axis(0)), ("y", axis(1))].map(|(name, one)| (name.to_owned(), one));
+            let found = pairs(&all.into_iter().collect());
+            found["x"].iter().map(|one| one.visited.len()).collect::<Vec<_>>()
+        };
+        assert_eq!(of(4, |mark| [mark % 4, mark / 4]), [12]);
+        assert!(of(1, |mark| [mark % 4, mark / 4]).is_empty());
+        assert!(of(4, |mark| [mark, 11 - mark]).is_empty());
+    }
 
     /// A way to and fro has parts; what goes on, and comes back to some parts alone, has none.
     #[test]

@@ -97,6 +97,7 @@ pub(in crate::diagnose) fn over_values(recipes: &[Recipe], spreads: &[Spread]) -
             Some(covariate::levels(input, own))
         });
         of_readings.extend(levels.take(MOST_WITH_LEVELS));
+        of_readings.extend(together::of_pairs(model, spreads));
         of_readings.extend(waves::of_any_order(model, spreads));
         of_readings.extend(waves::of_any_length(model, spreads));
         of_readings.extend(waves::over_counts(model, spreads));

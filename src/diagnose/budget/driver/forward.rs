@@ -139,6 +139,7 @@ impl Search<'_> {
             if is_first_clock {
                 self.take_other_starts()?;
             }
+            self.fitted = self.with_levels(self.fitted.clone())?.0;
             fresh = Some(Vec::new());
         }
         if fresh.is_some() {

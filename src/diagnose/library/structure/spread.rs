@@ -5,6 +5,17 @@ const ORDERS: usize = 2;
 /// Share of the mean square of a wave from which it is mostly a constant.
 const MOSTLY: f64 = 0.5;
 
+/// The pairs of places of two inputs that were visited several times.
+#[derive(Clone, Debug)]
+pub(in crate::diagnose) struct Pairs {
+    /// The other input.
+    pub(in crate::diagnose) other: String,
+    /// The places of both (SI), each in order.
+    pub(in crate::diagnose) places: [Vec<f64>; 2],
+    /// Those that were visited together, by their numbers.
+    pub(in crate::diagnose) visited: Vec<[usize; 2]>,
+}
+
 /// How the values of an input that varies are spread.
 #[derive(Clone, Debug)]
 pub(in crate::diagnose) struct Spread {
@@ -18,6 +29,8 @@ pub(in crate::diagnose) struct Spread {
     pub(in crate::diagnose) span: f64,
     /// Inputs that go in proportion with it: what is over both is over either of them.
     pub(in crate::diagnose) alike: Vec<String>,
+    /// Pairs of its places with those of other inputs.
+    pub(in crate::diagnose) pairs: Vec<Pairs>,
     /// Of what turns the means of cosine and sine where they are mostly constant, order by order.
     constants: [[Option<f64>; 2]; ORDERS],
 }
@@ -33,8 +46,8 @@ impl Spread {
 
     /// Of anything else.
     pub(in crate::diagnose) fn of_knots(input: String, knots: Vec<f64>, span: f64) -> Self {
-        let (levels, alike) = (Vec::new(), Vec::new());
-        Self { input, knots, levels, span, alike, constants: [[None; 2]; ORDERS] }
+        let (levels, alike, pairs) = (Vec::new(), Vec::new(), Vec::new());
+        Self { input, knots, levels, span, alike, pairs, constants: [[None; 2]; ORDERS] }
     }
 
     /// The same with places at which it is read again and again.
@@ -45,6 +58,11 @@ impl Spread {
     /// The same with inputs that go in proportion with it.
     pub(in crate::diagnose) fn with_alike(self, alike: Vec<String>) -> Self {
         Self { alike, ..self }
+    }
+
+    /// The same with pairs of its places with those of other inputs.
+    pub(in crate::diagnose) fn with_pairs(self, pairs: Vec<Pairs>) -> Self {
+        Self { pairs, ..self }
     }
 
     /// The constant parts of cosine and sine of an order.

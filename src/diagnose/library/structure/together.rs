@@ -5,13 +5,15 @@ use crate::units::Dimension;
 
 use super::covariate::{Covariate, Term, offset_from, powers, sense_of, wave};
 use super::directions;
-use super::spread::Spread;
+use super::spread::{Pairs, Spread};
 
 /// Inputs of which products are looked at, at most.
 const MOST_TOGETHER: usize = 4;
 /// Angles of which products of waves are looked at, at most, and the orders of these.
 const MOST_TURNING: usize = 3;
 const ORDERS_TOGETHER: [usize; 2] = [1, 2];
+/// Pairs of inputs with a value for each pair of their places at most.
+const MOST_OF_PAIRS: usize = 3;
 /// Loads by senses of a reading at most.
 const MOST_LOADS: usize = 12;
 
@@ -50,6 +52,37 @@ pub(super) fn loads_by_sense(model: &Model, of: &MeasurandDeclaration) -> Vec<Co
         }
     }
     if all.len() > MOST_LOADS { Vec::new() } else { all }
+}
+
+/// A value of its own for each pair of places of two inputs that were visited several times, such as marks on
+/// a plate.
+pub(super) fn of_pairs(model: &Model, spreads: &[Spread]) -> Vec<Covariate> {
+    let declared = |name: &str| model.inputs.iter().find(|one| one.name == name);
+    let of = |own: &Spread| -> Vec<Covariate> {
+        let covariate = |Pairs { other, places, visited }: &Pairs| {
+            let (first, second) = (declared(&own.input)?, declared(other)?);
+            let at = |&[one, two]: &[usize; 2]| {
+                let both = [within(first, &places[0], one), within(second, &places[1], two)];
+                (both.join(" * "), Dimension::NONE)
+            };
+            let over = format!("{} and {other} together", own.input);
+            let name = format!("pairs of {} and {other}", own.input);
+            Some(Covariate { name, ..Covariate::new(over, visited.iter().map(at)) })
+        };
+        own.pairs.iter().filter_map(covariate).collect()
+    };
+    spreads.iter().flat_map(of).take(MOST_OF_PAIRS).collect()
+}
+
+/// One where an input is nearer to one of some places (SI, in order) than to the others, else zero.
+fn within(input: &InputDeclaration, places: &[f64], at: usize) -> String {
+    let edge = |first: usize| {
+        let middle = 0.5 * (places.get(first)? + places.get(first + 1)?);
+        Some(format!("sign({})", offset_from(input, middle)))
+    };
+    let from = at.checked_sub(1).and_then(edge).unwrap_or_else(|| "1".to_owned());
+    let to = edge(at).unwrap_or_else(|| "(-1)".to_owned());
+    format!("(({from} - {to}) / 2)")
 }
 
 /// Products of two inputs: powers from the middle of where values lie, and waves over what turns. What
