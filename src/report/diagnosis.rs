@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::budget::answer::{Doubtful, Ranked, Remainder, Row, Size};
+use crate::diagnose::budget::answer::{Doubtful, Ranked, Remainder, Row, Size, StepChange};
 use crate::diagnose::budget::stamp_jumps::Side;
 use crate::diagnose::found::{NoReading, NoiseEffect, Wrong};
 use crate::diagnose::library::place::Of;
@@ -140,6 +140,10 @@ fn noise_effect(one: &NoiseEffect) -> Value {
     })
 }
 
+fn step_change(step: &StepChange) -> Value {
+    json!({ "value": number(Some(step.value)), "sigma": number(Some(step.sigma)) })
+}
+
 fn remainder(one: &Remainder) -> Value {
     let (key, of) = match &one.place.of {
         Of::Measurand(name) => ("measurand", name),
@@ -157,10 +161,8 @@ fn remainder(one: &Remainder) -> Value {
             "order": order,
             "amplitude": number(Some(*size)),
         })).collect::<Vec<_>>(),
-        "change": one.change.as_ref().map(|step| json!({
-            "value": number(Some(step.value)),
-            "sigma": number(Some(step.sigma)),
-        })),
+        "change": one.change.as_ref().map(step_change),
+        "turn": one.turn.as_ref().map(step_change),
         "nearest": one.nearest.as_ref().map(|(name, share)| json!({
             "name": name,
             "share": number(Some(*share)),

@@ -1,7 +1,7 @@
 //! The budget of the gap as a table: rows with their values, and the remainder.
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::budget::answer::{Remainder, Row, WellDetermined};
+use crate::diagnose::budget::answer::{Remainder, Row, StepChange, WellDetermined};
 use crate::diagnose::budget::stamp_jumps::{Side, StampJump};
 use crate::estimate::calibrate::Estimate;
 use crate::report::figure;
@@ -154,9 +154,12 @@ fn size(diagnosis: &Diagnosis, one: &Remainder) -> String {
         false => own.clone(),
     };
     let rms = format!("rms {} in {measurand}", figure::size(*rms, &residual_unit(*rms, &declared)));
-    if let Some(step) = &one.change {
-        let unit = unit_of_size(step.value, &step.unit);
-        return format!("change {}, {rms}", figure::measured(step.value, step.sigma, &unit));
+    let of_step = |step: &StepChange| {
+        figure::measured(step.value, step.sigma, &unit_of_size(step.value, &step.unit))
+    };
+    let steps: Vec<String> = one.change.iter().chain(&one.turn).map(of_step).collect();
+    if !steps.is_empty() {
+        return format!("change {}, {rms}", steps.join(" and "));
     }
     let of_order = |unit: &Unit, (order, size): &(usize, f64)| {
         format!("{} ({order} a turn)", figure::size(*size, &unit_of_size(*size, unit)))

@@ -115,6 +115,33 @@ fn a_clock_that_is_set_by_much() {
     assert!((change.value - 0.003).abs() < 4.0 * change.sigma, "{change:?}");
 }
 
+/// A tripod that is knocked moves and turns: one change of its pose, with how far and by how much, small or
+/// beyond what is linear.
+#[test]
+fn a_tripod_that_is_knocked() {
+    let knock = "position = 'position + size * [10 um, -5 um, 3 um] * (0.5 + 0.5 * sign(run_time - after))'\n\
+                 orientation = 'orientation * turn(size * (0.5 + 0.5 * sign(run_time - after)) * [2 urad, 3 urad, 6 urad])'";
+    let later = ["B_cw50", "B_ccw190", "B_cw190"];
+    for (size, seed) in [(8.0, 311), (300.0, 312)] {
+        let (opened, problem) = drawn_with(knock, seed, &|name, run| match (name, run) {
+            ("nameless.size", Some(name)) if later.contains(&name) => size,
+            ("nameless.after", _) => -1.0,
+            _ => 0.0,
+        });
+        let found = run(problem, &opened);
+        assert!(found.rows.is_empty() && found.levels.is_empty(), "{}", told(&found));
+        let [part] = &found.remainder[..] else { unreachable!("{}", told(&found)) };
+        assert_eq!(part.place.words, "another pose of the instrument from run `B_cw50` on");
+        let moved = part.change.as_ref().unwrap();
+        assert!(
+            (moved.value / size - 134_f64.sqrt() * 1e-6).abs() < 4.0 * moved.sigma / size,
+            "{moved:?}"
+        );
+        let turned = part.turn.as_ref().unwrap();
+        assert!((turned.value - size * 7e-6).abs() < 4.0 * turned.sigma, "{turned:?}");
+    }
+}
+
 /// A parameter of the model that has another value in one run.
 #[test]
 fn an_orientation_that_is_another_one_in_a_run() {

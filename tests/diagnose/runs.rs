@@ -94,7 +94,6 @@ fn steps(all: &[(&str, usize, Range<usize>, f64)]) {
 
 /// A clock that jumps within a run: every reading of it is off from there on, as its target moves.
 #[test]
-#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_clock_that_jumps_within_a_run() {
     let (opened, mut problem) = drawn(&[], &[], 72);
     let rate = 50.0_f64.to_radians();

@@ -83,7 +83,6 @@ fn a_stated_value_is_judged_as_without_it() {
 }
 
 #[test]
-#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_wrong_stated_value_is_the_place_of_a_gap() {
     let (at, _) = place(&fitted(&open(&Request::new([drawn::folder()])).unwrap()));
     let (_own, opened) = with_setup(&said([at[0], at[1] - 2e-3, at[2]], SIGMA));

@@ -120,8 +120,10 @@ pub struct Remainder {
     pub amplitude: Option<(f64, Unit)>,
     /// Of waves over a turn the orders that are most of it, each with its amplitude in that unit.
     pub orders: Vec<(usize, f64)>,
-    /// By how much something changes at a moment, where it does.
+    /// By how much something changes at a moment, where it does; along axes how far.
     pub change: Option<StepChange>,
+    /// By how much it turns beside that.
+    pub turn: Option<StepChange>,
     /// The effect that is nearest to it, and the part of its gain that this explains.
     pub nearest: Option<(String, f64)>,
 }
@@ -137,6 +139,7 @@ impl Remainder {
             amplitude: None,
             orders: Vec::new(),
             change: None,
+            turn: None,
             nearest: None,
         }
     }

@@ -15,8 +15,7 @@ use super::masked::Masked;
 use super::selection::Selection;
 use super::sums::Appended;
 use super::terms::{Base, Change, Term};
-use crate::diagnose::library::place::Extent;
-use crate::diagnose::price::Gain;
+use crate::diagnose::library::place::{Extent, Place};
 use crate::diagnose::thresholds::ENTER;
 
 mod absorbed;
@@ -25,6 +24,7 @@ mod models;
 mod moments;
 mod onsets;
 mod runs;
+mod together;
 
 /// Moments tried at most in the first pass.
 const MOST_BINS: usize = 1500;
@@ -95,27 +95,12 @@ impl Linear {
         found.sort_by(|a, b| ln_bayes(b).total_cmp(&ln_bayes(a)));
         Change::keep_one_of_a_kind(&mut found, MOST_CHANGES);
         let siblings: Vec<Change> = found.iter().flat_map(|one| self.siblings(one)).collect();
+        let together: Vec<Change> = found.iter().flat_map(|one| self.together(one)).collect();
         found.extend(siblings);
+        found.extend(together);
         found.extend(self.runs_in_place(selection, model));
         found.extend(self.forms_in_runs(selection, model));
         found
-    }
-
-    /// The same change of the other components of a vector or a rotation: what was mounted anew stands
-    /// elsewhere in all of them. The moment is known, and costs nothing more.
-    fn siblings(&self, change: &Change) -> Vec<Change> {
-        let parameter = |candidate: usize| self.candidates[candidate].place.as_ref()?.parameter();
-        let own = change.base.candidate;
-        let Some(name) = parameter(own) else { return Vec::new() };
-        let others =
-            (0..self.candidates.len()).filter(|one| *one != own && parameter(*one) == Some(name));
-        let at = |candidate| Change {
-            base: Base { candidate, ..change.base },
-            gain: Gain::default(),
-            members: 1,
-            ..change.clone()
-        };
-        others.map(at).collect()
     }
 
     /// The values of a run that blocks have.
@@ -123,7 +108,7 @@ impl Linear {
         let mut bases = Vec::new();
         for (candidate, one) in self.candidates.iter().enumerate() {
             let place = one.place.as_ref();
-            if place.is_some_and(|place| place.is_of_runs()) {
+            if place.is_some_and(Place::is_of_runs) && !self.is_of_several(candidate) {
                 let count = one.selected.effect.parameters.len();
                 bases.extend((0..count).map(|signature| Base { candidate, signature }));
             }

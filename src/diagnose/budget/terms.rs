@@ -29,7 +29,8 @@ pub struct Base {
 pub struct Change {
     /// What changes: its first column.
     pub base: Base,
-    /// How many columns of the candidate change together: one, but for a form over a covariate.
+    /// How many columns of the candidate change together: one, but for those along axes and for a form over a
+    /// covariate.
     pub width: usize,
     /// Index of the run among all, and the first sample after the change.
     pub at: (usize, usize),
@@ -65,11 +66,6 @@ impl Change {
     pub fn bases(&self) -> impl Iterator<Item = Base> + use<> {
         let first = self.base;
         (0..self.width).map(move |own| Base { signature: first.signature + own, ..first })
-    }
-
-    /// Whether it is a form over a covariate in a run, not another value.
-    pub fn is_form(&self) -> bool {
-        self.width > 1
     }
 
     /// Keeps of changes, best first, the first of each value from a moment on and in a stretch, and
@@ -141,6 +137,11 @@ impl Term {
     /// The change that its column was appended for, if it was.
     pub fn appended(&self) -> Option<&Change> {
         self.change.as_ref().filter(|_| !self.in_fit)
+    }
+
+    /// Whether it is a form over a covariate in a run, and no other value.
+    pub fn is_form_in_run(&self) -> bool {
+        self.change.is_some() && !self.place.as_ref().is_some_and(Place::is_of_runs)
     }
 
     /// How many values it has; where they sum to zero there are fewer columns.

@@ -7,6 +7,8 @@ pub(super) const TIME_OF: &str = "time of ";
 pub(in crate::diagnose) const ALL_READINGS: &str = "all readings";
 /// What the channel of another value of a parameter is called before its name.
 pub(super) const OF_PARAMETER: &str = "parameter ";
+/// What has no parameter of its own: where the instrument stands and how it is turned.
+pub(super) const POSE: &str = "pose of the instrument";
 /// The covariate of a block with a value for each setup.
 pub(super) const SETUP: &str = "setup";
 /// The covariate of what a setup does in its course.

@@ -25,7 +25,7 @@ use super::candidate::{Candidate, Joined};
 use super::place::{ALL_READINGS, Of, TIME_OF};
 use made::{Block, blocks_over};
 pub(in crate::diagnose) use oscillation::FAST;
-use parameters::of_parameters;
+use parameters::{of_parameters, of_the_pose};
 use readings::{attitudes, errors, of_inputs, readings};
 use sensitivities::without_sensitivities;
 use spread::Spread;
@@ -50,6 +50,7 @@ const COARSE_ORDERS: usize = 2;
 const SENSE_ORDERS: usize = 4;
 /// Where the instrument and the rig stand to each other, in models that know it.
 const POSITION: &str = "position";
+const ORIENTATION: &str = "orientation";
 
 /// The blocks of the campaigns' models.
 pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
@@ -124,7 +125,7 @@ fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Ca
 
 fn effects(model: &Model) -> Vec<Block> {
     let of_readings = [readings, of_inputs, attitudes, by_sense, oscillation::in_time];
-    let of_the_rig = [channels, rig, pedestal, timing, of_parameters];
+    let of_the_rig = [channels, rig, pedestal, timing, of_parameters, of_the_pose];
     of_the_rig.iter().chain(&of_readings).flat_map(|of| of(model)).collect()
 }
 
@@ -190,13 +191,14 @@ fn displacements(model: &Model, covariates: &[Covariate]) -> Vec<Block> {
 
 /// Displacements of the instrument, or of all that it looks at.
 fn rig(model: &Model) -> Vec<Block> {
-    if !model.parameters.iter().any(|one| one.name == model.called(POSITION)) {
+    let position = model.called(POSITION);
+    if !model.parameters.iter().any(|one| one.name == position) {
         return Vec::new();
     }
     let [slow, slowest] = waves::slow();
     let covariates = [over_time(), slow, slowest, over_runs()].map(Covariate::along_axes);
     let (of, what) = ("rig".to_owned(), "a displacement of the instrument or the rig");
-    let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
+    let patch = |sum: &str| format!("{position} = '{position} + {sum}'");
     blocks_over(&Of::Channel(of), what, &covariates, &Unit::coherent(Dimension::LENGTH), patch)
 }
 

@@ -107,13 +107,16 @@ impl Budget<'_> {
                     !matches!(place.of, Of::Measurand(_)) || size * FRAC_1_SQRT_2 < ABSORBED * rms
                 };
                 let amplitude = amplitude.filter(is_seen);
+                let mut changes = self.changes(term, solved, *at).into_iter();
+                let (change, turn) = (changes.next(), changes.next());
                 Remainder {
                     gain: gains[*at],
                     share: (part / total).min(1.0),
                     rms,
                     orders: if amplitude.is_some() { waves } else { Vec::new() },
                     amplitude,
-                    change: self.change(term, solved, *at),
+                    change,
+                    turn,
                     nearest: nearest.filter(|(_, share)| *share >= NEAREST),
                     place,
                 }
@@ -123,23 +126,38 @@ impl Budget<'_> {
         found
     }
 
-    /// By how much a term changes something, at a moment or from the beginning.
-    fn change(&self, term: &Term, solved: &Solved, at: usize) -> Option<StepChange> {
-        let column = solved.terms[at].start;
+    /// By how much a term changes something, at a moment or from the beginning: values of one unit together,
+    /// as how far along all axes.
+    fn changes(&self, term: &Term, solved: &Solved, at: usize) -> Vec<StepChange> {
+        let linear = self.linear;
         let of_block = |candidate: usize, signature: usize| {
-            let block = self.linear.candidates.get(candidate)?;
+            let block = linear.candidates.get(candidate)?;
             Some(block.selected.effect.parameters.get(signature)?.unit.clone())
         };
-        let unit = match &term.change {
-            Some(_) if term.in_fit => self.linear.size(term.columns.first()?.first()?.0, 0.0)?.unit,
-            Some(change) if change.is_form() => return None,
-            Some(change) => of_block(change.base.candidate, change.base.signature)?,
+        let is_of_stated = || term.place.as_ref().is_some_and(|place| place.stated().is_some());
+        let unit = |column: usize| match &term.change {
+            Some(_) if term.in_fit => {
+                Some(linear.size(term.columns.get(column)?.first()?.0, 0.0)?.unit)
+            }
+            Some(_) if term.is_form_in_run() => None,
+            Some(change) => of_block(change.base.candidate, change.base.signature + column),
             // Of a fixed value that is wrong.
-            None if term.place.as_ref()?.stated().is_some() => of_block(term.candidate, 0)?,
-            None => return None,
+            None if column == 0 && is_of_stated() => of_block(term.candidate, 0),
+            None => None,
         };
-        let sigma = solved.covariance[(column, column)].max(0.0).sqrt();
-        Some(StepChange { value: solved.values[column], sigma, unit })
+        let columns = solved.terms[at].clone();
+        let units: Vec<(usize, Unit)> =
+            (0..columns.len()).map_while(|own| Some((columns.start + own, unit(own)?))).collect();
+        let together = units.chunk_by(|a, b| a.1.dimension == b.1.dimension).map(|own| {
+            let columns = own[0].0..own[0].0 + own.len();
+            let values = solved.values.rows_range(columns.clone());
+            let value = if values.len() == 1 { values[0] } else { values.norm() };
+            let along = values / value;
+            let covariance = solved.covariance.view_range(columns.clone(), columns) * &along;
+            let sigma = along.dot(&covariance).max(0.0).sqrt();
+            StepChange { value, sigma, unit: own[0].1.clone() }
+        });
+        together.collect()
     }
 
     /// Errors that several inputs decide together, which no term has the form of: what is left beside

@@ -8,7 +8,7 @@ use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::terms::{Change, Term};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::Place;
-use crate::diagnose::library::windowed::{FROM, NEVER, SIZE, UNTIL, windowed};
+use crate::diagnose::library::windowed::{FROM, NEVER, SIZES, UNTIL, windowed};
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::LARGE_CHANGE;
 use crate::engine::layout::Instance;
@@ -28,22 +28,23 @@ impl Search<'_> {
         model: &[usize],
     ) -> Result<bool, FitError> {
         let values = selection.values(model);
-        let mut large: Vec<(Gain, &Term, &Change, f64)> = model
+        let values = values.as_slice();
+        let mut large: Vec<(Gain, &Term, &Change, &[f64])> = model
             .iter()
             .zip(selection.contributions(model))
             .zip(selection.ranges(model))
             .filter_map(|((term, gain), range)| {
                 let own = &selection.terms[*term];
-                let change = own.appended().filter(|one| !one.is_form())?;
-                Some((gain, own, change, values[range.start]))
+                let change = own.appended().filter(|_| !own.is_form_in_run())?;
+                Some((gain, own, change, &values[range]))
             })
             .filter(|(gain, ..)| gain.gain >= LARGE_CHANGE)
             .collect();
         large.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
         let mut is_taken = false;
-        for (_, own, change, value) in large {
+        for (_, own, change, sizes) in large {
             let Some(place) = &own.place else { continue };
-            if self.tried_changes.len() < MOST && self.fit_change(linear, change, place, value)? {
+            if self.tried_changes.len() < MOST && self.fit_change(linear, change, place, sizes)? {
                 self.log.push(format!("{} enters the fit", own.name));
                 is_taken = true;
             }
@@ -51,14 +52,14 @@ impl Search<'_> {
         Ok(is_taken)
     }
 
-    /// Lets a change enter the fit from a value, if that is sound and better and was not tried before;
+    /// Lets a change enter the fit from its values, if that is sound and better and was not tried before;
     /// whether it is.
     pub(super) fn fit_change(
         &mut self,
         linear: &Linear,
         change: &Change,
         place: &Place,
-        value: f64,
+        values: &[f64],
     ) -> Result<bool, FitError> {
         let block = &linear.candidates[change.base.candidate];
         let tried = (block.name.clone(), change.at, change.end);
@@ -67,7 +68,7 @@ impl Search<'_> {
         }
         self.tried_changes.push(tried);
         let name = format!("unknown_change_{}", self.tried_changes.len());
-        let Some(with) = self.with_change(linear, change, &name, value)? else { return Ok(false) };
+        let Some(with) = self.with_change(linear, change, &name, values)? else { return Ok(false) };
         let (members, change) = (change.members, Some((change.clone(), place.clone())));
         self.rows.push(Row { name, variant: None, members, ln_prior: 0.0, change });
         self.fitted = with;
@@ -80,10 +81,11 @@ impl Search<'_> {
         linear: &Linear,
         change: &Change,
         name: &str,
-        value: f64,
+        values: &[f64],
     ) -> Result<Option<Fitted>, FitError> {
         let block = &linear.candidates[change.base.candidate].selected.effect;
-        let Some(selected) = windowed(block, change.base.signature, name) else { return Ok(None) };
+        let own = change.base.signature..change.base.signature + change.width;
+        let Some(selected) = windowed(block, own, name) else { return Ok(None) };
         let names = self.fitted.problem.run_names();
         let acts = |run: &str| -> [f64; 2] {
             let Some(run) = names.iter().position(|own| own == run) else { return [NEVER; 2] };
@@ -96,16 +98,15 @@ impl Search<'_> {
             let of_run = |at: usize| one.whose().map(|run| acts(run)[at]);
             match local {
                 _ if effect != name => None,
-                SIZE => Some(value),
                 FROM => of_run(0),
                 UNTIL => of_run(1),
-                _ => None,
+                size => values.get(SIZES.iter().position(|own| *own == size)?).copied(),
             }
         };
         let with = self.fitted.with_starts(&selected, start, self.options)?;
-        // One value: campaigns of several rigs have one each.
+        // Campaigns of several rigs have values of their own each.
         let is_better = |with: &Fitted| {
-            let is_one = columns_of(with, name).len() == 1;
+            let is_one = columns_of(with, name).len() == change.width;
             is_one && with.is_sound() && with.fit.cost < self.fitted.fit.cost
         };
         Ok(with.filter(is_better))

@@ -28,7 +28,7 @@ impl Search<'_> {
         let Some(linear) = linear else { return Ok(false) };
         for jump in jumps.iter().take(MOST) {
             for (change, place) in linear.jump(jump) {
-                self.fit_change(&linear, &change, &place, jump.seconds)?;
+                self.fit_change(&linear, &change, &place, &[jump.seconds])?;
             }
         }
         Ok(self.fitted.fit.cost * FAR_LESS < before)

@@ -6,10 +6,10 @@ use crate::graph::{Kind, Scope};
 use crate::model::{Model, ParameterDeclaration};
 use crate::units::Unit;
 
-use super::POSITION;
 use super::covariate::AXES;
 use super::made::{Block, made};
-use crate::diagnose::library::place::{OF_PARAMETER, Of, Place, RUN};
+use super::{ORIENTATION, POSITION};
+use crate::diagnose::library::place::{OF_PARAMETER, Of, POSE, Place, RUN};
 
 /// Components of parameters that are looked at, at most.
 const MOST: usize = 15;
@@ -25,6 +25,40 @@ pub(super) fn of_parameters(model: &Model) -> Vec<Block> {
     let all: Vec<Block> =
         model.parameters.iter().filter(is_asked).flat_map(of_components).take(MOST + 1).collect();
     if all.len() > MOST { Vec::new() } else { all }
+}
+
+/// Another place and orientation of the instrument together: what was knocked moves and turns. Each alone is
+/// tried by others; this one with a moment that was found for one of them.
+pub(super) fn of_the_pose(model: &Model) -> Vec<Block> {
+    let free = |name: &str| {
+        let name = model.called(name);
+        model.parameters.iter().find(|one| one.name == name && !one.setting.fixed)
+    };
+    let (Some(position), Some(orientation)) = (free(POSITION), free(ORIENTATION)) else {
+        return Vec::new();
+    };
+    if (position.kind, orientation.kind) != (Kind::Vector, Kind::Rotation) {
+        return Vec::new();
+    }
+    let Ok(angle) = Unit::parse("rad") else { return Vec::new() };
+    let of = Of::Channel(format!("{OF_PARAMETER}{POSE}"));
+    let place = Place::new(of, RUN, format!("another {POSE} over {RUN}"));
+    let coefficient = |at: usize| {
+        let unit = if at < AXES.len() { &position.unit } else { &angle };
+        (format!("part_{at}"), unit.clone())
+    };
+    let coefficients: Vec<(String, Unit)> = (0..2 * AXES.len()).map(coefficient).collect();
+    let sum = |first: usize| {
+        let along = AXES.iter().enumerate();
+        let along = along.map(|(axis, vector)| format!("part_{} * {vector}", first + axis));
+        along.collect::<Vec<_>>().join(" + ")
+    };
+    let (moved, turned) = (sum(0), sum(AXES.len()));
+    let (position, orientation) = (&position.name, &orientation.name);
+    let patches = format!(
+        "{position} = '{position} + {moved}'\n{orientation} = '{orientation} * turn({turned})'\n"
+    );
+    made("unknown_pose", &place, (&coefficients, "run"), "", &patches).into_iter().collect()
 }
 
 fn of_components(parameter: &ParameterDeclaration) -> Vec<Block> {
