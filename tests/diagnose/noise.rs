@@ -319,7 +319,7 @@ fn an_effect_that_wants_a_constant_is_not_forgotten() {
         )
     };
     let (_, text) = told(&request);
-    assert!(text.contains("`sampling_grid` (sampling_grid.period)"), "{text}");
+    assert!(text.contains("sampling_grid: needs the constant `sampling_grid.period`"), "{text}");
     request.set = vec!["sampling_grid.period=23.7 us".to_owned()];
     let (verdict, text) = told(&request);
     assert_eq!(verdict, Verdict::Explained);
