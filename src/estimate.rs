@@ -27,7 +27,9 @@
 //! | `stationary` | parameters that act only by their square about their start |
 //! | [`words`] | them in words |
 //! | [`variance`] | levels of noise |
+//! | `levels` | fits with levels estimated beside |
 //! | [`calibrate`] | all of these together |
+//! | `calibration` | what they say, as data |
 //! | [`nested`] | a fit with effects against the one without |
 //! | [`noise`] | for which noise uncertainties hold |
 //! | [`noise_model`] | uncertainties where noise is not as stated |
@@ -68,6 +70,7 @@ pub mod bias;
 pub mod blind;
 pub mod budget;
 pub mod calibrate;
+mod calibration;
 pub mod checks;
 mod cholesky;
 pub mod circle;
@@ -90,6 +93,7 @@ pub mod head;
 pub mod intersection;
 pub(crate) mod inverse_factor;
 pub mod jumps;
+pub(crate) mod levels;
 pub mod linear_range;
 pub mod median;
 pub mod minima;

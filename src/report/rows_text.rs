@@ -151,7 +151,7 @@ fn size(diagnosis: &Diagnosis, one: &Remainder) -> String {
     // Of an error of the reading in its unit, of others in their own.
     let unit_of_size = |size: f64, own: &Unit| match own.accepts(&declared) {
         true => residual_unit(size, &declared),
-        false => own.clone(),
+        false => residual_unit(size, own),
     };
     let rms = format!("rms {} in {measurand}", figure::size(*rms, &residual_unit(*rms, &declared)));
     let of_step = |step: &StepChange| {

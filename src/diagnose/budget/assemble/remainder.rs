@@ -2,6 +2,8 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use nalgebra::DVector;
+
 use crate::diagnose::budget::answer::{NEAREST, Remainder, StepChange};
 use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
 use crate::diagnose::budget::solved::Solved;
@@ -151,8 +153,10 @@ impl Budget<'_> {
         let together = units.chunk_by(|a, b| a.1.dimension == b.1.dimension).map(|own| {
             let columns = own[0].0..own[0].0 + own.len();
             let values = solved.values.rows_range(columns.clone());
-            let value = if values.len() == 1 { values[0] } else { values.norm() };
-            let along = values / value;
+            let (value, along) = match values.len() {
+                1 => (values[0], DVector::repeat(1, 1.0)),
+                _ => (values.norm(), values.normalize()),
+            };
             let covariance = solved.covariance.view_range(columns.clone(), columns) * &along;
             let sigma = along.dot(&covariance).max(0.0).sqrt();
             StepChange { value, sigma, unit: own[0].1.clone() }

@@ -139,7 +139,9 @@ impl Search<'_> {
             if is_first_clock {
                 self.take_other_starts()?;
             }
-            self.fitted = self.with_levels(self.fitted.clone())?.0;
+            if let Some((with, _)) = self.with_levels(&self.fitted)? {
+                self.fitted = with;
+            }
             fresh = Some(Vec::new());
         }
         if fresh.is_some() {
