@@ -152,6 +152,7 @@ impl Plan<'_> {
                     setup: run / of_setup,
                     role: Role::Kinematic,
                     record: Record::held(Samples {
+                        is_untimed: false,
                         elapsed_time: time.clone(),
                         run_time: time.clone(),
                         setup_time: time.clone(),

@@ -186,7 +186,8 @@ impl Loader<'_> {
             }
             let count = table.lines.len();
             samples.rows.clone_from(&table.lines);
-            if !table.copy(TIME, &mut samples.time) {
+            samples.is_untimed = !table.copy(TIME, &mut samples.time);
+            if samples.is_untimed {
                 samples.time.resize(count, 0.0);
             }
             if is_timed {

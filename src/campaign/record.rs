@@ -124,6 +124,14 @@ impl Record {
         }
     }
 
+    /// Whether the data have no times.
+    pub fn is_untimed(&self) -> bool {
+        match &self.kept {
+            Kept::Held(samples) => samples.is_untimed,
+            Kept::Spilled { columns, .. } => columns.is_untimed,
+        }
+    }
+
     /// A clock at the first and at the last sample; `None` where there is none.
     pub fn ends(&self, clock: fn(&Samples) -> &[f64]) -> Option<[f64; 2]> {
         let mut scratch = Samples::default();
@@ -285,6 +293,7 @@ fn copy(from: &Samples, range: Range<usize>, into: &mut Samples) {
     part(&mut into.setup_time, &from.setup_time, range.clone());
     part(&mut into.uniform_time, &from.uniform_time, range.clone());
     part(&mut into.jump_time, &from.jump_time, range.clone());
+    into.is_untimed = from.is_untimed;
     into.jump_ends = from.jump_ends;
     part(&mut into.rows, &from.rows, range);
 }

@@ -89,6 +89,7 @@ impl Recorder {
         if let (Some(first), true) = (samples.time.first(), self.is_empty()) {
             self.first_time = *first;
         }
+        self.pending.is_untimed = samples.is_untimed;
         let from = self.pending.len();
         for (to, from) in self.pending.columns_mut().zip(samples.columns()) {
             to.extend_from_slice(from);
@@ -168,6 +169,7 @@ impl Recorder {
             readings: self.readings,
             lead: self.lead,
             first_time: self.first_time,
+            is_untimed: self.pending.is_untimed,
             uniform: Uniform::default(),
             fault: OnceLock::new(),
         };

@@ -6,8 +6,10 @@ use crate::campaign::uniform::Uniform;
 /// The samples of a run, or of a stretch of it. All in SI; a reading that is not there is NaN.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
-    /// Reference time (s), one a sample.
+    /// Reference time (s), one a sample; all 0 where the data have no times.
     pub time: Vec<f64>,
+    /// Whether the data have no times.
+    pub is_untimed: bool,
     /// Time since the first sample of all campaigns that are used together (s): what formulas call
     /// `time`.
     pub elapsed_time: Vec<f64>,
@@ -39,6 +41,12 @@ impl Samples {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.time.is_empty()
+    }
+
+    /// What the noise of a sample is correlated over: its time (s), or its row of the data file where
+    /// there are no times.
+    pub fn order_of(&self, at: usize) -> f64 {
+        if self.is_untimed { self.rows[at] as f64 } else { self.time[at] }
     }
 
     /// Columns of times, captured inputs and readings, in this order.

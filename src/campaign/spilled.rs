@@ -23,6 +23,8 @@ pub(crate) struct Spilled {
     pub(crate) lead: Vec<f64>,
     /// Time of the first sample (s).
     pub(crate) first_time: f64,
+    /// Whether the data have no times.
+    pub(crate) is_untimed: bool,
     pub(crate) uniform: Uniform,
     pub(crate) fault: OnceLock<String>,
 }
@@ -57,6 +59,7 @@ impl Spilled {
         into: &mut Samples,
     ) {
         shape(into, inputs, self.readings);
+        into.is_untimed = self.is_untimed;
         let mut number = 0;
         for column in into.columns_mut() {
             self.column(number, range.clone(), column);

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::engine::gauss_markov::GaussMarkov;
 use crate::system::Selected;
 use crate::units::Unit;
 
@@ -40,6 +41,19 @@ pub struct Level {
     pub run: Option<String>,
     /// The factor on the standard uncertainty that is stated.
     pub factor: f64,
+}
+
+/// Autocorrelated noise of a measurand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AutocorrelatedNoise {
+    /// The measurand.
+    pub measurand: String,
+    /// Its campaign, where there are several.
+    pub of: Option<String>,
+    /// The processes.
+    pub noise: GaussMarkov,
+    /// Whether it is correlated over rows, for the data have no times.
+    pub is_over_rows: bool,
 }
 
 /// A reading that is left out because it is an outlier or a code.

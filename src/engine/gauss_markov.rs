@@ -20,7 +20,8 @@ const MOST: usize = 2;
 pub struct Process {
     /// Its part of the variance of the noise, from 0 to below 1.
     pub share: f64,
-    /// The time after which correlation is down to a factor of e (s).
+    /// The time after which correlation is down to a factor of e (s; a number of rows where the data
+    /// have no times).
     pub time: f64,
 }
 
@@ -185,9 +186,9 @@ impl Filtering {
     ) {
         let Some(Some(row)) = self.rows.get_mut(index) else { return each(lanes, None) };
         let mut gains = [Gains::NOTHING; LANES];
-        let times = &chunk.samples.time[chunk.start..chunk.start + chunk.len];
-        for ((gain, time), weight) in gains.iter_mut().zip(times).zip(weights) {
-            *gain = row.filter.next(*time, *weight != 0.0);
+        let order = (chunk.start..chunk.start + chunk.len).map(|at| chunk.samples.order_of(at));
+        for ((gain, time), weight) in gains.iter_mut().zip(order).zip(weights) {
+            *gain = row.filter.next(time, *weight != 0.0);
         }
         row.states.resize(lanes.len(), BEGIN);
         self.made.resize(lanes.len().max(self.made.len()), [0.0; LANES]);

@@ -203,6 +203,11 @@ impl Part {
         qualified(self.label.as_deref(), name)
     }
 
+    /// Whether its data have no times.
+    pub fn is_untimed(&self) -> bool {
+        self.runs.iter().all(|run| run.record.is_untimed())
+    }
+
     /// The name of a run, likewise.
     pub fn run_name(&self, run: usize) -> String {
         self.qualified(&self.runs[run].name)

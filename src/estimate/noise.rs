@@ -25,6 +25,8 @@ pub struct Estimated {
     pub level: f64,
     /// For each component the part of it that is autocorrelated; `None` where it is white.
     pub components: Vec<Option<GaussMarkov>>,
+    /// Whether it is correlated over rows, for the data have no times.
+    pub is_over_rows: bool,
 }
 
 /// Over what scores are summed.

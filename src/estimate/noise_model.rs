@@ -175,6 +175,7 @@ fn estimated(result: &mut Calibration) -> Vec<Estimated> {
                 of: part.label.clone(),
                 level,
                 components,
+                is_over_rows: part.is_untimed(),
             });
         }
     }

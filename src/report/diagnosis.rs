@@ -268,13 +268,14 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
 
 /// Gauss-Markov processes in the noise, one after the other.
 fn autocorrelation(diagnosis: &Diagnosis) -> Vec<Value> {
-    let each = diagnosis.autocorrelation.iter().flat_map(|(measurand, of, noise)| {
-        noise.processes().map(move |one| {
+    let each = diagnosis.autocorrelation.iter().flat_map(|found| {
+        found.noise.processes().map(move |one| {
             json!({
-                "measurand": measurand,
-                "of": of,
+                "measurand": found.measurand,
+                "of": found.of,
                 "share": number(Some(one.share)),
-                "time": number(Some(one.time)),
+                "time": number(Some(one.time).filter(|_| !found.is_over_rows)),
+                "rows": number(Some(one.time).filter(|_| found.is_over_rows)),
             })
         })
     });

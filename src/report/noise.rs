@@ -28,6 +28,7 @@ pub fn text(noise: &Noise) -> String {
 }
 
 fn estimated(one: &Estimated) -> String {
+    let is_over_rows = one.is_over_rows;
     let of = one.of.as_ref().map_or_else(String::new, |of| format!(" of `{of}`"));
     let level =
         format!("`{}`{of}: {} times the stated scatter", one.measurand, decimal(one.level, 2));
@@ -36,10 +37,9 @@ fn estimated(one: &Estimated) -> String {
         Some(noise) => {
             let each = noise.processes().map(|one| {
                 let percent = 100.0 * one.share;
-                format!(
-                    "{percent:.0} % of its variance correlated over {} s",
-                    significant(one.time)
-                )
+                let unit = if is_over_rows { "rows" } else { "s" };
+                let time = significant(one.time);
+                format!("{percent:.0} % of its variance correlated over {time} {unit}")
             });
             each.collect::<Vec<_>>().join(" and ")
         }
@@ -70,6 +70,7 @@ pub fn json(noise: &Noise) -> Value {
                     "measurand": one.measurand,
                     "of": one.of,
                     "level": number(Some(one.level)),
+                    "over": if one.is_over_rows { "rows" } else { "time" },
                     "components": components.collect::<Vec<_>>(),
                 })
             });

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::found::{
-    LeftOut, Level, Lost, NoReading, NoiseEffect, Reading, Stretch, Wrong,
+    AutocorrelatedNoise, LeftOut, Level, Lost, NoReading, NoiseEffect, Reading, Stretch, Wrong,
 };
 use crate::graph::names::MeasurandKind;
 use crate::model::Shape;
@@ -40,16 +40,19 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     }
     let has_structure = |one: &Level| {
         let mut all = diagnosis.autocorrelation.iter();
-        all.any(|(measurand, of, _)| (measurand, of) == (&one.measurand, &one.of))
+        all.any(|other| (&other.measurand, &other.of) == (&one.measurand, &one.of))
     };
     let shown: Vec<String> =
         diagnosis.levels.iter().map(|one| level(one, has_structure(one))).collect();
     if !shown.is_empty() {
         text.push_str(&format!("\nnoise (times as stated): {}\n", shown.join(", ")));
     }
-    for (measurand, of, noise) in &diagnosis.autocorrelation {
+    for AutocorrelatedNoise { measurand, of, noise, is_over_rows } in &diagnosis.autocorrelation {
         let each = noise.processes().enumerate().map(|(index, one)| {
-            let time = figure::size(one.time, &Unit::coherent(Dimension::TIME));
+            let time = match is_over_rows {
+                true => format!("{} rows", decimal(one.time, 0)),
+                false => figure::size(one.time, &Unit::coherent(Dimension::TIME)),
+            };
             let of = if index == 0 { " of its variance" } else { "" };
             format!("{:.0} %{of} over {time}", 100.0 * one.share)
         });

@@ -123,7 +123,7 @@ impl Design {
             crate::engine::simulate::simulate(&mut full, &truth, 0, true);
         }
         full.reweight(&truth);
-        let offer = offer(&recipes).of_runs(&full);
+        let offer = offer(&recipes).of_runs(&recipes, &full);
         let mut ways = offer.effects;
         let library = ways.len();
         let foreign = shapes();

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::diagnose::found::AutocorrelatedNoise;
 
 use crate::found::told;
 use crate::own_effects::Campaign;
@@ -66,7 +67,9 @@ fn correlated_noise_beside_passes_stays_noise() {
     let found = strokes(403, 40.0, |_| 0.0);
     assert!(!found.autocorrelation.is_empty() && found.remainder.is_empty(), "{}", told(&found));
     let found = strokes(404, 40.0, bump);
-    let [(.., noise)] = &found.autocorrelation[..] else { panic!("{}", told(&found)) };
+    let [AutocorrelatedNoise { noise, .. }] = &found.autocorrelation[..] else {
+        panic!("{}", told(&found))
+    };
     assert!((noise.share() - 0.5).abs() < 0.15, "{}", noise.share());
     let [only] = &found.remainder[..] else { panic!("{}", told(&found)) };
     assert_eq!(only.place.words, "an error of `laser` over place", "{}", told(&found));

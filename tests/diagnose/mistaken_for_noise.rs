@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::diagnose::found::AutocorrelatedNoise;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::minima::improved;
 
@@ -285,7 +286,9 @@ fn an_unknown_cause_beside_noise_that_remembers_is_no_noise() {
     let (rms, _) = part.rms.as_ref().unwrap();
     let ratio = rms / (120.0 * variance.sqrt());
     assert!((0.95..1.05).contains(&ratio), "{ratio}");
-    let [(_, _, noise)] = &found.autocorrelation[..] else { panic!("{}", told(&found)) };
+    let [AutocorrelatedNoise { noise, .. }] = &found.autocorrelation[..] else {
+        panic!("{}", told(&found))
+    };
     let one = noise.processes().next().unwrap();
     assert!((0.3..0.5).contains(&one.share), "{noise:?}");
     assert!((2.0..4.5).contains(&one.time), "{noise:?}");

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::diagnose::found::AutocorrelatedNoise;
 use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::{Diagnosis, diagnose, judge};
 use homepoint::engine::Problem;
@@ -111,7 +112,7 @@ fn a_memory_is_named_with_its_size_and_is_no_level() {
     assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
     assert!(found.rows.is_empty(), "{}", told(&found));
     assert_eq!(found.autocorrelation.len(), 3, "{}", told(&found));
-    for (measurand, _, noise) in &found.autocorrelation {
+    for AutocorrelatedNoise { measurand, noise, .. } in &found.autocorrelation {
         // Of the variance; as the library has it, 1.5 s.
         let (slow, white): (f64, f64) =
             if measurand == "distance" { (6.0, 8.0) } else { (5.0, 6.0) };
@@ -137,7 +138,7 @@ fn noise_correlated_over_half_a_run_is_no_structure() {
         assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
         assert!(found.rows.is_empty(), "{}", told(&found));
         assert_eq!(found.autocorrelation.len(), 3, "{}", told(&found));
-        for (measurand, _, noise) in &found.autocorrelation {
+        for AutocorrelatedNoise { measurand, noise, .. } in &found.autocorrelation {
             let white: f64 = if measurand == "distance" { 8.0 } else { 6.0 };
             let due = 144.0 / (144.0 + white.powi(2));
             let one = noise.processes().next().unwrap();

@@ -75,7 +75,7 @@ fn weak_slow_noise_is_no_structure() {
         let found = diagnosed(&plate(0.05, seed));
         assert!(found.remainder.is_empty() && found.rows.is_empty(), "{seed}: {}", told(&found));
         for one in &found.autocorrelation {
-            assert!((0.01..0.15).contains(&one.2.share()), "{seed}: {one:?}");
+            assert!((0.01..0.15).contains(&one.noise.share()), "{seed}: {one:?}");
         }
         found_in += usize::from(!found.autocorrelation.is_empty());
     }

@@ -90,6 +90,7 @@ fn in_text(model: &str, pose: &Pose) -> Vec<Jet> {
         Track::Captured { value: vec![value], rate: Some(vec![rate]), acceleration: None }
     });
     let samples = Samples {
+        is_untimed: false,
         time: vec![3.0],
         elapsed_time: vec![0.0],
         run_time: vec![0.0],

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnose::found::{LeftOut, Level, NoiseEffect};
+use crate::diagnose::found::{AutocorrelatedNoise, LeftOut, Level, NoiseEffect};
 use crate::diagnose::gap::{Gap, Steps};
 use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::outliers::compared_delays::ComparedDelay;
-use crate::engine::gauss_markov::GaussMarkov;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::contradicted::Contradicted;
 use crate::estimate::conventions::Mistaken;
@@ -205,8 +204,8 @@ pub struct Diagnosis {
     pub noise: Vec<NoiseEffect>,
     /// Noise scale factors that are not as stated.
     pub levels: Vec<Level>,
-    /// Measurands with autocorrelated noise, with their campaigns where there are several.
-    pub autocorrelation: Vec<(String, Option<String>, GaussMarkov)>,
+    /// Measurands with autocorrelated noise.
+    pub autocorrelation: Vec<AutocorrelatedNoise>,
     /// The joint estimate with the rows; `None` without any.
     pub explained: Option<Calibration>,
     /// How far the gap shrinks with the rows, on readings that they were not fitted to; `None`

@@ -83,7 +83,7 @@ impl Linear {
     ) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, noise, mut not_testable } =
-            wanted.of(made.offer.clone()).of_runs(&fitted.problem);
+            wanted.of(made.offer.clone()).of_runs(&fitted.recipes, &fitted.problem);
         let effects = with_variants(effects, &wanted.variants, &fitted.recipes);
         let (mut candidates, mut members, blind) =
             best_members(&fitted, &made, effects, &mut scanned.effects)?;

@@ -2,10 +2,9 @@
 //! problem with the noise that was found.
 
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::found::Level;
+use crate::diagnose::found::{AutocorrelatedNoise, Level};
 use crate::diagnose::library::place::{Of, Place};
 use crate::engine::Problem;
-use crate::engine::gauss_markov::GaussMarkov;
 
 use crate::diagnose::thresholds::{SCALE, SCALE_DIFFERENCE};
 
@@ -87,17 +86,18 @@ pub fn scatter(linear: &Linear, scale: &[f64]) -> Vec<Remainder> {
 }
 
 /// Autocorrelated noise that a problem has, by measurand.
-pub fn autocorrelation(problem: &Problem) -> Vec<(String, Option<String>, GaussMarkov)> {
-    let mut found = Vec::new();
+pub fn autocorrelation(problem: &Problem) -> Vec<AutocorrelatedNoise> {
+    let mut found: Vec<AutocorrelatedNoise> = Vec::new();
     for part in &problem.parts {
         for (row, own) in part.gauss_markov.iter().enumerate() {
-            let Some(own) = own else { continue };
-            let measurand = part.measurand_of(row);
-            let name = part.system.assembly.names.measurands[measurand].name.clone();
-            if found.iter().any(|(known, label, _)| *known == name && *label == part.label) {
+            let Some(noise) = *own else { continue };
+            let name = &part.system.assembly.names.measurands[part.measurand_of(row)].name;
+            if found.iter().any(|one| one.measurand == *name && one.of == part.label) {
                 continue;
             }
-            found.push((name, part.label.clone(), *own));
+            let (measurand, of) = (name.clone(), part.label.clone());
+            let is_over_rows = part.is_untimed();
+            found.push(AutocorrelatedNoise { measurand, of, noise, is_over_rows });
         }
     }
     found

@@ -22,7 +22,7 @@ pub struct Values<'a> {
     pub row: usize,
     /// The measurand, as the sums number them.
     pub measurand: usize,
-    /// The sample's time (s).
+    /// The sample's time (s), or its row where there are no times.
     pub time: f64,
     /// Of the model's columns.
     pub model: &'a [f64],
@@ -151,7 +151,7 @@ impl Linear {
                         sample,
                         row: lanes.row,
                         measurand: first + data.measurand_of(lanes.row),
-                        time: lanes.stretch.samples.time[lanes.stretch.start + lane],
+                        time: lanes.stretch.samples.order_of(lanes.stretch.start + lane),
                         model: &values,
                         further: &further,
                         residual,

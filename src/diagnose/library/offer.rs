@@ -5,9 +5,10 @@
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
-use crate::effect::{Effect, Target};
+use crate::effect::{Acts, Effect, Target};
 use crate::engine::Problem;
 use crate::engine::open::Recipe;
+use crate::engine::part::Part;
 use crate::graph::Scope;
 use crate::system::{Selected, candidates, lacks, wanted_constants};
 
@@ -19,6 +20,9 @@ const MEMBERS: usize = 25;
 /// Why an effect over the time of all runs is not tested.
 const NO_SEQUENCE: &str =
     "no run begins after another one has ended: the times of the runs are not in sequence";
+
+/// Why an effect on times is not tested.
+const NO_TIMES: &str = "the data have no times";
 
 /// All that a library offers.
 #[derive(Clone, Debug, Default)]
@@ -32,9 +36,20 @@ pub struct Offer {
 }
 
 impl Offer {
-    /// What the runs of a problem can test: an effect over the time of all only where they are in sequence.
+    /// What the runs of a problem can test: an effect on times only where there are times, and one over the
+    /// time of all only where they are in sequence.
     #[must_use]
-    pub fn of_runs(mut self, problem: &Problem) -> Self {
+    pub fn of_runs(mut self, recipes: &[Recipe], problem: &Problem) -> Self {
+        if problem.parts.iter().all(Part::is_untimed) {
+            let on_times: HashSet<&str> = effects_of(recipes)
+                .filter(|effect| effect.acts == Acts::Timing)
+                .map(|effect| effect.name.as_str())
+                .collect();
+            let is_out = |name: &str| on_times.contains(name);
+            self.not_testable.retain(|one| !is_out(&one.name));
+            let out = self.effects.extract_if(.., |one| is_out(&one.name));
+            self.not_testable.extend(out.map(|one| NotTestable::here(&one.name, NO_TIMES)));
+        }
         if problem.runs_in_sequence() {
             return self;
         }

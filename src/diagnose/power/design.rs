@@ -82,7 +82,7 @@ pub fn design(recipes: Vec<Recipe>, mut problem: Problem, point: Point) -> Fitte
 /// The library before a design: every effect at every head with every member of its families, and
 /// no unknown structure. `None` where the model's own parameters are not determined.
 pub fn prospect(fitted: Fitted, wanted: &Wanted) -> Option<Prospect> {
-    let mut offer = wanted.of(offer(&fitted.recipes)).of_runs(&fitted.problem);
+    let mut offer = wanted.of(offer(&fitted.recipes)).of_runs(&fitted.recipes, &fitted.problem);
     let mut candidates = Vec::new();
     for family in offer.effects.chunk_by(|a, b| a.name == b.name) {
         let distinct = distinguishable(&fitted.problem, family);

@@ -71,8 +71,10 @@ impl Sequence {
             let residuals = &one.residuals[row];
             // What stands together, so that neighbours remain.
             let most = (share * residuals.len() as f64).ceil() as usize;
-            let own = run.record.head(most).time.into_iter().zip(residuals.iter().copied());
-            own.filter(|(_, value)| value.is_finite()).collect()
+            let head = run.record.head(most);
+            let own = residuals.iter().take(head.len()).enumerate();
+            let own = own.filter(|(_, value)| value.is_finite());
+            own.map(|(at, value)| (head.order_of(at), *value)).collect()
         };
         Self::new(part.runs.iter().zip(left).map(of_run).collect())
     }
