@@ -151,3 +151,105 @@ fn a_small_linear_effect_is_named_beside_a_large_remainder() {
         assert!(found.remainder[0].place.words.contains("throttle"), "{seed}: {}", told(&found));
     }
 }
+
+const CELL: &str = r#"
+name = "cell"
+title = "A load cell in an oven"
+[inputs]
+mass = { unit = "kg" }
+oven = { unit = "K" }
+[parameters]
+gain = { unit = "1", scope = "rig" }
+zero = { unit = "N", scope = "rig" }
+[measurands]
+force = { value = '9.81 m/s^2 * mass * (1 + gain) + zero', unit = "N" }
+"#;
+const OVEN: &[(&str, &str, &str)] = &[
+    (
+        "gain_warms",
+        "slope = { unit = \"1/K\", typical = \"50 ppm/K\", scope = \"rig\" }",
+        "force = 'force * (1 + slope * (oven - 300 K))'",
+    ),
+    (
+        "zero_warms",
+        "slope = { unit = \"N/K\", typical = \"0.1 N/K\", scope = \"rig\" }",
+        "force = 'force + slope * (oven - 300 K)'",
+    ),
+];
+const GAIN_WARMS: f64 = 9e-5;
+
+/// The gain and a block over the mass may exchange a large straight line, and what multiplies the reading is
+/// in proportion to it: the block is no larger than what is seen of it allows. Expected is the standard
+/// uncertainty of the weighted least-squares fit with a free value for each of 17 places of the mass.
+#[test]
+fn an_effect_that_multiplies_a_reading_is_as_uncertain_as_the_readings_make_it() {
+    for seed in [1, 2, 3] {
+        let mut random = Stream(seed);
+        let mut log = "mass [kg],oven [K],force [N]\n".to_owned();
+        // Of `T m` and `T` the squares and products, less what their means over alike masses are.
+        let mut places = [[0.0; 6]; 17];
+        for row in 0..500 {
+            let mass = 10.0 + 990.0 * random.uniform();
+            let warm = 12.0 * (0.03 * f64::from(row)).sin() + random.normal();
+            let exact = 9.81 * mass * 1.004 + 2.0;
+            let bump = 12.0 * (-0.5 * ((mass - 600.0) / 60.0_f64).powi(2)).exp();
+            let force = exact * (1.0 + GAIN_WARMS * warm) - 0.4 * warm + bump;
+            writeln!(log, "{mass:.2},{:.4},{:.3}", 300.0 + warm, force + 0.5 * random.normal())
+                .unwrap();
+            let [x, y] = [9.81 * mass * warm, warm];
+            let sums = &mut places[(mass / 1001.0 * 17.0) as usize];
+            let more = [1.0, x, y, x * x, x * y, y * y];
+            sums.iter_mut().zip(more).for_each(|(sum, one)| *sum += one);
+        }
+        let mut left = [0.0; 3];
+        for [n, x, y, xx, xy, yy] in places {
+            left[0] += xx - x * x / n;
+            left[1] += xy - x * y / n;
+            left[2] += yy - y * y / n;
+        }
+        let due = 0.5 / (left[0] - left[1] * left[1] / left[2]).sqrt();
+        let measurands = "force = { sigma = \"0.5 N\" }";
+        let found = Campaign { model: CELL, effects: OVEN, measurands, log }.diagnosed();
+        let gain = found.rows.iter().find(|row| row.name == "gain_warms");
+        let gain = &gain.unwrap_or_else(|| panic!("{}", told(&found))).values[0];
+        let (value, sigma) = (gain.value.unwrap(), gain.sigma.unwrap());
+        assert!((sigma / due - 1.0).abs() < 0.2, "{seed}: {sigma} {due}");
+        assert!((value - GAIN_WARMS).abs() < 4.0 * sigma, "{seed}: {value} {sigma}");
+        assert!(found.remainder[0].place.words.contains("mass"), "{seed}: {}", told(&found));
+    }
+}
+
+const TABLE: &str = r#"
+name = "table"
+title = "A rotary table against a polygon"
+[inputs]
+table = { unit = "rad", period = "360 deg" }
+[parameters]
+zero = { unit = "rad", scope = "rig" }
+[measurands]
+error = { value = 'zero', unit = "rad" }
+"#;
+
+/// One block over the angle has both; the effect and a wave are fewer values.
+#[test]
+fn an_effect_once_a_turn_is_named_beside_a_wave_of_nearly_its_size() {
+    for (seed, order, size) in [(1, 2.0, 0.5), (2, 3.0, 0.7), (3, 5.0, 1.2)] {
+        let mut random = Stream(seed);
+        let mut log = "table [rad],error [rad]\n".to_owned();
+        for _ in 0..360 {
+            let table = TAU * random.uniform();
+            let wave = 1.6e-5 * size * (order * table + 0.4).cos();
+            let error = 5e-5 + 1.5e-5 * table.cos() - 0.7e-5 * table.sin() + wave;
+            writeln!(log, "{table:.6},{:.9}", error + 2e-6 * random.normal()).unwrap();
+        }
+        let parameters = VALUES.replace("0.2 mrad", "10 urad");
+        let patch = "error = 'error + cosine * cos(table) + sine * sin(table)'";
+        let effects: &[(&str, &str, &str)] = &[("disk_off_centre", &parameters, patch)];
+        let measurands = "error = { sigma = \"2 urad\" }";
+        let found = Campaign { model: TABLE, effects, measurands, log }.diagnosed();
+        assert_eq!(found.verdict, Verdict::PartlyExplained, "{order}: {}", told(&found));
+        assert_eq!(names(&found), ["disk_off_centre"], "{order}: {}", told(&found));
+        let words = &found.remainder[0].place.words;
+        assert!(words.contains(&format!("{order} waves a turn")), "{order}: {}", told(&found));
+    }
+}

@@ -193,8 +193,11 @@ impl Selection<'_> {
                     0.0
                 };
                 let (own, simpler) = self.replaced(&exchange, model[at], blocks);
-                // One unmodelled cause may be both the only row and what remains in its readings.
-                let is_lone = rows.len() == 1 && rest_of(at) > LONE_SHARE * gain;
+                // One unmodelled cause may be both the only row, if no user suspects that, and what remains in
+                // its readings.
+                let is_lone = rows.len() == 1
+                    && !self.terms[model[at]].is_own
+                    && rest_of(at) > LONE_SHARE * gain;
                 let one_cause = is_lone && simpler - evidence > -LONE_MARGIN;
                 let own = own - evidence;
                 // Where nothing remains, a block of the same form is no evidence against it.

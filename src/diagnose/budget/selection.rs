@@ -246,6 +246,11 @@ impl<'a> Selection<'a> {
         self.across(&self.factored(model), &self.terms[term].columns).gain()
     }
 
+    /// A term's columns beside the nominal parameters.
+    pub fn alone(&self, term: usize) -> Beside {
+        self.across(&self.factored(&[]), &self.terms[term].columns)
+    }
+
     /// The Schur complement of a term's columns beside a model.
     pub fn left(&self, model: &[usize], term: usize) -> DMatrix<f64> {
         self.across(&self.factored(model), &self.terms[term].columns).left

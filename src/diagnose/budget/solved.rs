@@ -19,11 +19,15 @@ use crate::estimate::eigen;
 use super::in_fit::columns_of;
 use super::linear::Linear;
 use super::selection::Selection;
+use super::selection::normal::Beside;
 use crate::diagnose::price::Gain;
 
 /// Least mean square of a value of the remainder, in its own standard uncertainties, that its prior
 /// has.
 const LEAST: f64 = 1e-3;
+
+/// Weight of what nominal parameters absorb of a block, beside what it does beyond them.
+const ABSORBED_PART: f64 = 0.1;
 
 /// Least eigenvalue of the cosines between the columns of a block from which on the readings tell these
 /// apart.
@@ -134,11 +138,14 @@ impl Solved {
 
 /// The inverse covariance of the values of a term of the remainder beforehand: in the metric of what
 /// it does beyond the nominal parameters, with the mean square, per degree of freedom, of what was found beyond noise: what rows
-/// hide of it is not taken to be larger than what is seen. Columns that the readings tell apart, as waves
+/// hide of it is not taken to be larger than what is seen, and what nominal parameters absorb of it not to be
+/// larger than ten times that. An effect that multiplies a reading is proportional to what a nominal gain
+/// and a block may exchange. Columns that the readings tell apart, as waves
 /// over whole turns, have values that are independent: a row of the first order keeps its value beside
 /// waves of the second, however unevenly the angles were visited.
 fn prior(selection: &Selection<'_>, term: usize, gain: Gain) -> Option<DMatrix<f64>> {
-    let alone = selection.left(&[], term);
+    let Beside { left, across, .. } = selection.alone(term);
+    let alone = left + across.tr_mul(&across) * ABSORBED_PART.powi(2);
     let mean_square = (gain.excess() / gain.degrees.max(1) as f64).max(LEAST);
     if !alone.iter().all(|value| value.is_finite()) {
         return None;

@@ -34,7 +34,7 @@ pub struct Beside {
     /// Raw lengths.
     pub raw: DVector<f64>,
     /// `L⁻¹ H_Mj`, columns of the model scaled.
-    pub(super) across: DMatrix<f64>,
+    pub across: DMatrix<f64>,
 }
 
 impl Beside {
