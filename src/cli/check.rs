@@ -179,10 +179,9 @@ fn is_convention(source: &Source) -> bool {
 fn model(model: &Model) -> Result<String, Diagnostics> {
     let system = System::build(model, &[], &[], &vec![None; model.inputs.len()])?;
     Ok(format!(
-        "a model of {}, {}, {}{}",
+        "a model of {}, {}{}",
         counted(model.measurands.len(), "measurand"),
         counted(system.settings.len(), "parameter"),
-        counted(system.assembly.graph.nodes().len(), "node"),
         without_target(model)
     ))
 }

@@ -93,6 +93,9 @@ pub struct Gap {
 /// Part of the gap that is closed below which readings contradict what was named.
 const BORNE_OUT: f64 = 0.25;
 
+/// A drop of so many times what effects take off when they are fitted is that of an extrapolation.
+const EXTRAPOLATED: f64 = 2.0;
+
 /// Where all measurands are missed by so many times their noise, they are of something else.
 const MISSED: f64 = 10.0;
 
@@ -177,12 +180,23 @@ pub fn closed(drops: &[Drop], leftover: f64) -> (f64, [f64; 2]) {
     (part(total, leftover), [part(total - spread, most), part(total + spread, least)])
 }
 
+/// Drops, those of effects that take off so much when they are fitted where they are larger by far: a model
+/// without them may extrapolate to readings that it was not fitted to by any distance, which is no gap of the
+/// campaign.
+fn of_the_gap(drops: &[Drop], gain: f64) -> Vec<Drop> {
+    let (taken, gain) = (taken(drops), gain.max(0.0));
+    let factor = if taken > EXTRAPOLATED * gain { gain / taken } else { 1.0 };
+    drops.iter().map(|one| Drop { taken: factor * one.taken, ..*one }).collect()
+}
+
 /// The gap of a model with its adopted effects, which have so many `degrees` of freedom that the readings
 /// determine, against the same without them: from the drops by the first of them, the first two, ...
 pub fn gap(models: &Steps, drops: &[Vec<Drop>], degrees: usize, leftover: f64) -> Gap {
     let (before, after) = (&models.nominal, models.last());
+    let gain = before.fit.cost - after.fit.cost;
+    let drops: Vec<Vec<Drop>> = drops.iter().map(|one| of_the_gap(one, gain)).collect();
     let mut known = 0.0;
-    let steps = models.with.iter().zip(drops).map(|((effect, fitted), drops)| {
+    let steps = models.with.iter().zip(&drops).map(|((effect, fitted), drops)| {
         let rms = rms(&fitted.problem, &fitted.fit.point);
         let held_out_drop = taken(drops) - known;
         known += held_out_drop;
@@ -190,7 +204,6 @@ pub fn gap(models: &Steps, drops: &[Vec<Drop>], degrees: usize, leftover: f64) -
     });
     let steps = steps.collect();
     let drops = drops.last().map_or(&[][..], Vec::as_slice);
-    let gain = before.fit.cost - after.fit.cost;
     Gap {
         before: rms(&before.problem, &before.fit.point),
         steps,
@@ -217,6 +230,15 @@ mod tests {
         let least = 400.0 - 1.96 * 2.0 * 20.0;
         assert!((low - least / (least + 25.0)).abs() < 1e-12);
         assert_eq!(closed(&alike(&[-3.0, 1.0]), 0.0).0, 0.0);
+    }
+
+    #[test]
+    fn what_a_model_extrapolates_to_is_no_gap() {
+        let drops = [Drop { taken: 9e5, length: 50.0 }, Drop { taken: 140.0, length: 50.0 }];
+        assert!((taken(&of_the_gap(&drops, 100.0)) - 100.0).abs() < 1e-9);
+        assert_eq!(of_the_gap(&drops[1..], 100.0), drops[1..]);
+        let none = [Drop { taken: -3.0, length: 50.0 }];
+        assert_eq!(of_the_gap(&none, -1.0), none);
     }
 
     #[test]

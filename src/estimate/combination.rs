@@ -83,13 +83,13 @@ pub fn combinations(
 }
 
 /// The SI unit of the factor on a second term; `1` where the units are alike.
-pub(super) fn quotient(first: &Unit, other: &Unit) -> String {
+pub(crate) fn quotient(first: &Unit, other: &Unit) -> String {
     let [of_first, of_other] = [first, other].map(Unit::si_symbol);
     if of_first == of_other {
         return "1".to_owned();
     }
-    // Without angles the unit follows from the dimensions; an angle has none.
-    if !first.has_angle() && !other.has_angle() {
+    // Where no angle stays the unit follows from the dimensions; an angle has none.
+    if first.has_angle() == other.has_angle() {
         let dimension = first.dimension / other.dimension;
         let is_long = |text: &String| text.contains('(');
         let whole = dimension.to_string();
@@ -195,7 +195,8 @@ mod tests {
             ("1", "mm", "1/m"),
             ("m", "deg", "m/rad"),
             ("deg", "1", "rad"),
-            ("rad", "rad/s", "rad/(rad/s)"),
+            ("rad", "rad/s", "s"),
+            ("urad/m", "urad/m^2", "m"),
         ] {
             let [a, b] = [first, other].map(|symbol| Unit::parse(symbol).unwrap());
             assert_eq!(quotient(&a, &b), right, "{first} over {other}");

@@ -57,14 +57,9 @@ fn gap(diagnosis: &Diagnosis) -> String {
             list.iter().find(|(other, _)| other == name).map(|(_, value)| *value)
         };
         let unit = residual_unit(*before, &unit_of(&diagnosis.nominal, name));
-        let shown =
-            |value: Option<f64>| value.map_or_else(String::new, |value| figure::size(value, &unit));
-        rows.add_row([
-            name.clone(),
-            figure::size(*before, &unit),
-            shown(of(&gap.after)),
-            shown(of(&gap.floor)),
-        ]);
+        let all = [Some(*before), of(&gap.after), of(&gap.floor)];
+        let [before, after, floor] = figure::sizes(all, &unit);
+        rows.add_row([name.clone(), before, after, floor]);
     }
     let of = match &gap.held_out {
         Some(name) => format!("on the held-out campaign `{name}`"),

@@ -4,6 +4,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Remainder, Row, StepChange, WellDetermined};
 use crate::diagnose::budget::stamp_jumps::{Side, StampJump};
 use crate::estimate::calibrate::Estimate;
+use crate::estimate::combination::quotient;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
 use crate::report::text::{residual_unit, unit_of};
@@ -80,15 +81,16 @@ fn group(row: &Row) -> String {
     row.name.clone() + &form + &others.collect::<String>()
 }
 
-/// The first values of a row.
+/// The first values of a row, of those that the readings determine if there are any.
 fn short(row: &Row) -> String {
     let of = |one: &Estimate| {
         let is_one_of_several = row.values.iter().filter(|own| own.name == one.name).count() > 1;
         let whose = one.of.as_ref().filter(|_| is_one_of_several);
         whose.map_or_else(String::new, |of| format!(" ({of})"))
     };
-    let shown: Vec<String> =
-        row.values.iter().take(SHORT).map(|one| value(one, &of(one))).collect();
+    let (known, open): (Vec<_>, Vec<_>) = row.values.iter().partition(|one| one.value.is_some());
+    let first = known.into_iter().chain(open).take(SHORT);
+    let shown: Vec<String> = first.map(|one| value(one, &of(one))).collect();
     let more = if row.values.len() > SHORT { " …" } else { "" };
     shown.join(", ") + more
 }
@@ -223,10 +225,8 @@ fn well_determined(found: &WellDetermined) -> String {
     let mut sum = format!("  well determined: {}", first.parameter);
     for (factor, one) in others {
         let sign = if *factor < 0.0 { '-' } else { '+' };
-        let unit = match one.unit.dimension == first.unit.dimension {
-            true => String::new(),
-            false => format!(" ({})/({})", first.unit.si_symbol(), one.unit.si_symbol()),
-        };
+        let unit = Some(quotient(&first.unit, &one.unit)).filter(|unit| unit != "1");
+        let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
         let factor = ratio(factor.abs(), 3);
         sum.push_str(&format!(" {sign} {factor}{unit} * {}", one.parameter));
     }

@@ -580,3 +580,18 @@ fn a_stated_model_takes_the_only_columns_of_their_kind() {
     assert!(found.contains("`plc_2.csv` with the columns of `plc.csv`"), "{found}");
     assert!(found.contains("docs/simulated-sensitivities.md"), "{found}");
 }
+
+/// An input that is no signal may stand beside the readings, as a strength beside each range; a blank in a
+/// column's name is an underscore of the model's.
+#[test]
+fn an_input_that_is_sampled_with_the_readings_is_a_column_of_the_data() {
+    let model = "name = \"radar\"\n[inputs]\neast = { unit = \"m\", signal = true }\nsnr = { unit = \"1\" }\n\
+        [parameters]\noffset = { unit = \"m\" }\n[measurands]\nslant_range = { value = 'east + offset', unit = \"m\" }\n";
+    let gnss = table("time [s],east [m]", 0.05, |t| format!("{t:.2},{:.4}", 9.0 * (0.7 * t).sin()));
+    let radar = table("time [s],slant range [m],snr [1]", 0.1, |t| {
+        format!("{t:.2},{:.3},{:.1}", 4.0 + 9.0 * (0.7 * t).sin(), 30.0 + (3.0 * t).cos())
+    });
+    let found = begun_with(model, &[("radar.csv", radar), ("gnss.csv", gnss)]);
+    assert!(found.contains("slant_range = { column = \"slant range\""), "{found}");
+    assert!(!found.contains("WRITE its column") && !found.contains("unused"), "{found}");
+}

@@ -85,6 +85,21 @@ fn try_fit(
         words
     };
     let (of_data, of_stream) = (wanted(&readings, data, true), wanted(&inputs, stream, false));
+    // An input that is sampled with the readings stands beside them.
+    let is_sampled = |name: &str| {
+        let mut own = model.inputs.iter().filter(|input| !input.signal);
+        !std::ptr::eq(data, stream)
+            && own.any(|input| input.name == name)
+            && of_stream.iter().all(|word| word.name != name)
+    };
+    let (sampled, streamed): (Vec<_>, Vec<_>) =
+        inputs.into_iter().partition(|(name, _)| is_sampled(name));
+    let is_free =
+        |word: &Word| of_data.iter().all(|known| known.candidate.column != word.candidate.column);
+    let beside: Vec<Word> = self::wanted(&sampled, data, &[]).into_iter().filter(is_free).collect();
+    let is_open = |(name, _): &(String, Unit)| beside.iter().all(|word| word.name != *name);
+    let inputs: Vec<(String, Unit)> =
+        streamed.into_iter().chain(sampled.into_iter().filter(is_open)).collect();
     let open = [open(&readings, &of_data, data), open(&inputs, &of_stream, stream)];
     let sources = Inputs { log: stream, words: &of_stream, is_whole: open[1].is_empty() };
     let sigmas = model
@@ -96,7 +111,7 @@ fn try_fit(
     Fitted {
         name: name.clone(),
         readings: of_data.len(),
-        data: Word::time(data).into_iter().chain(of_data).collect(),
+        data: Word::time(data).into_iter().chain(of_data).chain(beside).collect(),
         stream: Word::time(stream).into_iter().chain(of_stream).collect(),
         missing: open[1].len(),
         open,
@@ -178,7 +193,8 @@ fn wanted(names: &[(String, Unit)], log: &Log, roles: &[(String, Role)]) -> Vec<
             all().find(is_axis).or_else(|| all().next())
         };
         let same = called(&|own| own == name);
-        let alike = || called(&|own| base(own).0 == name.to_lowercase());
+        let plain = |name: &str| name.to_lowercase().replace([' ', '-'], "_");
+        let alike = || called(&|own| plain(&base(own).0) == plain(name));
         let by_name = same.or_else(alike).and_then(|column| {
             let unit = columns[column].unit.clone();
             let known = guessed(column);

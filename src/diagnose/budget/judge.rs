@@ -4,6 +4,8 @@
 //! evidence. The row that fails with the least predictive gain goes and does not come back; then the
 //! search goes on. What is too small for a name stays in the model without one.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::held_out::Folded;
@@ -77,6 +79,8 @@ impl Selection<'_> {
             pools.effects.retain(|own| self.terms[*own].may_enter);
             model.retain(|own| *own != term);
             model = self.reduced_anew(&model);
+            // A block that its row had left something of may have all of it now.
+            model = self.prune(model, log);
             model = self.grow(model, &pools.effects, ROW, MOST, log);
         }
         // The rows stand: what blocks that came in the place of another term have of their forms is theirs.
@@ -225,8 +229,18 @@ impl Selection<'_> {
         let kept = model.iter().filter(|term| **term != row);
         let mut new: Vec<usize> = kept.map(whole).collect();
         let mut best = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        let prices = model.iter().copied().zip(self.prices(model));
+        let known: BTreeMap<usize, f64> =
+            prices.filter(|(term, _)| self.terms[*term].is_effect()).collect();
+        // A block that overlaps with other rows hides a part of what they gain, and makes them no cheaper.
+        let cheaper = |new: &[usize]| -> f64 {
+            let prices = new.iter().zip(self.prices(new));
+            let own = prices.filter_map(|(term, price)| Some(known.get(term)? - price));
+            own.map(|less| less.max(0.0)).sum()
+        };
         let mut pruned = |new: Vec<usize>| {
             let (new, evidence) = self.pruned(new, &mut Log::new());
+            let evidence = evidence - cheaper(&new);
             best.0 = evidence.max(best.0);
             if new.len() < model.len() {
                 best.1 = evidence.max(best.1);

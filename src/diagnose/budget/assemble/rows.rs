@@ -119,7 +119,7 @@ impl Budget<'_> {
             let row = in_fit.iter().position(|own| *own == term);
             let beside_rows = row.map_or(0.0, |row| rows_folded.squares_drop(row));
             let drop = if beside_rows > 0.0 { beside_rows } else { folded.squares_drop(*at) };
-            let closes = (drop.max(0.0) / all).min(1.0);
+            let closes = drop.clamp(0.0, gap.held_out_drop.max(0.0)) / all;
             let mut values = of_rows.values(linear, name, *at, &explained);
             let own = || members.iter().filter(|one| one.effect == *name);
             for (instance, share) in own().flat_map(|one| &one.shares) {
