@@ -35,9 +35,12 @@ impl Linear {
             let targets: Vec<&Target> = targets.collect();
             effect(own).patches.iter().all(|patch| targets.contains(&&patch.target))
         };
+        // What is knocked does not come back within a run.
+        let samples = self.fitted.problem.samples_in(change.at.0);
+        let comes_back = change.end.is_some_and(|end| change.at.1 > 0 || end < samples);
         let is_asked = |candidate: &usize| {
             let is_wider = self.is_of_several(*candidate) && has_own(*candidate);
-            is_wider || (*candidate == own && effect(own).parameters.len() > 1)
+            is_wider && !comes_back || (*candidate == own && effect(own).parameters.len() > 1)
         };
         let at = |candidate: usize| Change {
             base: Base { candidate, signature: 0 },
