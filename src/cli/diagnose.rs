@@ -209,7 +209,7 @@ impl Diagnose {
         let is_bad = found.verdict.has_remainder() || !found.verdict.is_made();
         // What spoils a run, or a stated value, may be how numbers are read.
         let is_spoilt = !found.left_out.runs.is_empty() || found.set_free.is_some();
-        let is_suspicious = (is_bad && found.variance_factor() > BAD) || is_spoilt;
+        let is_suspicious = (is_bad && found.variance_factor_without_changes() > BAD) || is_spoilt;
         let mistaken = || suspicion.mistaken(&as_loaded, &found.nominal.fit.point);
         let mistaken = is_suspicious.then(mistaken).flatten();
         let found = found.with_mistaken(mistaken);

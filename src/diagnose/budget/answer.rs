@@ -256,6 +256,12 @@ impl Diagnosis {
         factor * self.levels.iter().map(|one| one.factor).fold(1.0, f64::max).powi(2)
     }
 
+    /// The same without the changes that are in the fit: one may be how the numbers of a run are read.
+    pub fn variance_factor_without_changes(&self) -> f64 {
+        let of_rows = self.steps.as_ref().map_or(0.0, |steps| steps.last().variance_factor());
+        of_rows.max(self.variance_factor())
+    }
+
     /// Of a nominal model alone.
     pub fn without_search(nominal: Calibration, verdict: Verdict) -> Self {
         Self {
