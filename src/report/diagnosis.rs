@@ -12,6 +12,7 @@ use crate::diagnose::library::place::Of;
 use crate::diagnose::library::variant::Variant;
 use crate::report::gap::gap;
 use crate::report::json::{beyond, calibration, estimate, number, stated, unobservable};
+use crate::report::noise::process_json;
 
 /// The result of `diagnose`, at most `top` candidates.
 pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
@@ -270,13 +271,10 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
 fn autocorrelation(diagnosis: &Diagnosis) -> Vec<Value> {
     let each = diagnosis.autocorrelation.iter().flat_map(|found| {
         found.noise.processes().map(move |one| {
-            json!({
-                "measurand": found.measurand,
-                "of": found.of,
-                "share": number(Some(one.share)),
-                "time": number(Some(one.time).filter(|_| !found.is_over_rows)),
-                "rows": number(Some(one.time).filter(|_| found.is_over_rows)),
-            })
+            let mut process = process_json(one, found.is_over_rows);
+            process["measurand"] = json!(found.measurand);
+            process["of"] = json!(found.of);
+            process
         })
     });
     each.collect()

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::engine::gauss_markov::GaussMarkov;
+use crate::engine::gauss_markov::{GaussMarkov, Process};
 use crate::estimate::noise::{Clusters, Estimated, Noise};
 use crate::report::json::number;
 use crate::units::decimal;
@@ -55,7 +55,13 @@ fn significant(value: f64) -> String {
     decimal(value, decimals as usize)
 }
 
-/// The same for programs.
+/// A Gauss-Markov process for programs: its correlation time, or a number of rows.
+pub(super) fn process_json(one: Process, is_over_rows: bool) -> Value {
+    let (time, rows) = if is_over_rows { (None, Some(one.time)) } else { (Some(one.time), None) };
+    json!({ "share": number(Some(one.share)), "time": number(time), "rows": number(rows) })
+}
+
+/// The noise for programs.
 pub fn json(noise: &Noise) -> Value {
     let value = match noise {
         Noise::Stated => json!({ "model": "stated" }),
@@ -63,14 +69,13 @@ pub fn json(noise: &Noise) -> Value {
             let each = all.iter().map(|one| {
                 let components = one.components.iter().map(|noise| {
                     let processes = noise.iter().flat_map(GaussMarkov::processes);
-                    let each = processes.map(|one| json!({ "share": one.share, "time": one.time }));
+                    let each = processes.map(|process| process_json(process, one.is_over_rows));
                     each.collect::<Vec<_>>()
                 });
                 json!({
                     "measurand": one.measurand,
                     "of": one.of,
                     "level": number(Some(one.level)),
-                    "over": if one.is_over_rows { "rows" } else { "time" },
                     "components": components.collect::<Vec<_>>(),
                 })
             });

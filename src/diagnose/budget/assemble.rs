@@ -83,16 +83,15 @@ impl Diagnosis {
             self.remainder.extend(transients.iter().map(|one| budget.transient(one)));
             self.remainder.sort_by(|a, b| b.share.total_cmp(&a.share));
         }
-        // In the fit a stated value may be contradicted by what the remainder does, and a row may absorb what a
-        // stated value in the remainder does: beside both, a value that is wrong is a part of the remainder.
+        let (has_rows, has_remainder) = (!self.rows.is_empty(), !self.remainder.is_empty());
+        let is_part =
+            |parameter: &str| self.remainder.iter().any(|one| one.place.is_of_stated(parameter));
+        // In the fit with rows a stated value may be contradicted by what the remainder does.
+        self.contradicted.retain(|one| !has_remainder || is_part(&one.parameter));
+        // Beside rows, a row may absorb in the fit what a stated value in the remainder does.
         if self.contradicted.is_empty() {
             self.contradicted = contradicted(&self.nominal);
-        }
-        if !self.rows.is_empty() {
-            let is_part = |parameter: &str| {
-                self.remainder.iter().any(|one| one.place.is_of_stated(parameter))
-            };
-            self.contradicted.retain(|one| is_part(&one.parameter));
+            self.contradicted.retain(|one| !has_rows || is_part(&one.parameter));
         }
         self.doubtful = budget.doubtful(&objections);
         // Another form of it may stand.

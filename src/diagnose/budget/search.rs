@@ -3,10 +3,9 @@
 //!
 //! Effects come first; where none enters, the best basis block does, and effects may enter again. A
 //! row goes for an effect that is better, or for a block that is no wider and better by
-//! [`TIE`]; a block goes for a change. A block may hide several effects: each is taken out once and effects are grown in its
-//! place, two at once where none enters by itself (`pair`), or with a narrower block beside them
-//! (`unblock`). Whether a row stands is for
-//! [`super::judge`] to say.
+//! [`TIE`]; a block goes for a change. A block may hide several effects: each is taken out once and
+//! effects are grown in its place, two at once where none enters by itself (`pair`), or with a narrower
+//! block beside them (`unblock`). Whether a row stands is for [`super::judge`] to say.
 
 use super::selection::exchange::Exchange;
 use super::selection::{Ranked, Selection};
